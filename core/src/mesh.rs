@@ -1,0 +1,96 @@
+//! A triangle mesh as two flat arrays, and the one validator that every mesh passes.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use thiserror::Error;
+
+/// Vertices and triangles. Positions are in whatever local frame the maker chose (metres, lattice units, grid
+/// cells); triangles are counter-clockwise seen from above (from +z).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// One position a vertex.
+    pub positions: Vec<DVec3>,
+    /// Three vertex indices a triangle, counter-clockwise.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Why a mesh is not a terrain surface.
+#[derive(Debug, Error, PartialEq)]
+pub enum MeshError {
+    /// A corner points past the vertex array.
+    #[error("triangle {triangle} uses vertex {vertex}, but there are {count}")]
+    IndexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The index it uses.
+        vertex: u32,
+        /// How many vertices there are.
+        count: usize,
+    },
+    /// Two corners are one vertex.
+    #[error("triangle {0} uses a vertex twice")]
+    Degenerate(usize),
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {0} is not finite")]
+    NotFinite(usize),
+    /// More than two triangles share an edge, or two of them run along it in one direction.
+    #[error("edge {0}–{1} is used twice in the same direction")]
+    NonManifoldEdge(u32, u32),
+    /// Seen from above the triangle is clockwise or has no area.
+    #[error("triangle {0} is not counter-clockwise in plan view")]
+    NotCounterClockwise(usize),
+}
+
+/// Checks that `mesh` is an oriented 2-manifold edge by edge and that every triangle is counter-clockwise in plan
+/// view, by exact arithmetic on the coordinates.
+///
+/// # Errors
+/// The first fault, by triangle order.
+pub fn validate(mesh: &Mesh) -> Result<(), MeshError> {
+    validate_topology(mesh.positions.len(), &mesh.triangles)?;
+    if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(MeshError::NotFinite(vertex));
+    }
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
+        if plan_orientation(a, b, c) <= 0.0 {
+            return Err(MeshError::NotCounterClockwise(index));
+        }
+    }
+    Ok(())
+}
+
+/// The part of [`validate`] that needs no coordinates; it holds for surfaces that are no height fields, too.
+///
+/// # Errors
+/// The first fault, by triangle order.
+pub fn validate_topology(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<(), MeshError> {
+    let mut seen = HashMap::with_capacity(triangles.len() * 3);
+    for (index, triangle) in triangles.iter().enumerate() {
+        if let Some(&vertex) = triangle.iter().find(|&&v| v as usize >= vertex_count) {
+            return Err(MeshError::IndexOutOfRange {
+                triangle: index,
+                vertex,
+                count: vertex_count,
+            });
+        }
+        let [a, b, c] = *triangle;
+        if a == b || b == c || c == a {
+            return Err(MeshError::Degenerate(index));
+        }
+        for edge in [(a, b), (b, c), (c, a)] {
+            if seen.insert(edge, index).is_some() {
+                return Err(MeshError::NonManifoldEdge(edge.0, edge.1));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Twice the signed plan-view area's sign, exactly: positive where `a → b → c` turns left.
+#[must_use]
+pub fn plan_orientation(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let coordinate = |p: DVec3| robust::Coord { x: p.x, y: p.y };
+    robust::orient2d(coordinate(a), coordinate(b), coordinate(c))
+}

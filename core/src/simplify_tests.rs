@@ -1,0 +1,208 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
+use super::*;
+use crate::mesh;
+use crate::partition::{self, SurfacePartition};
+use crate::plan::PlanMap;
+use crate::reference::Bound;
+use crate::triangulate::{Outline, Refinement, triangulate};
+
+const SIZE: usize = 33;
+/// Plan units in a cell.
+const SCALE: f64 = 16.0;
+
+fn hills() -> Vec<f32> {
+    let wave = |i: usize, period: f32| (i as f32 / period).sin();
+    (0..SIZE * SIZE)
+        .map(|i| 40.0 * wave(i % SIZE, 5.0) * wave(i / SIZE, 7.0) + ((i * 7919) % 13) as f32 * 0.4)
+        .collect()
+}
+
+fn reference<'a>(heights: &'a [f32], curvature: &'a [DVec2], bound: Bound) -> Reference<'a> {
+    let plan = PlanMap::fit(
+        DVec2::ZERO,
+        DVec2::splat((SIZE - 1) as f64 * SCALE),
+        |p| p / SCALE,
+        |p| p * SCALE,
+    );
+    Reference {
+        columns: SIZE,
+        rows: SIZE,
+        heights,
+        plan,
+        curvature,
+        ground: DVec2::splat(30.0),
+        bound,
+    }
+}
+
+fn square(heights: &[f32]) -> Outline {
+    let last = SIZE - 1;
+    let corners = [(0, 0), (last, 0), (last, last), (0, last)];
+    let vertex =
+        |(c, r): (usize, usize)| DVec3::new(c as f64 * SCALE, r as f64 * SCALE, f64::from(heights[r * SIZE + c]));
+    let vertices = corners.map(vertex).to_vec();
+    Outline {
+        vertices,
+        segments: vec![[0, 1], [1, 2], [2, 3], [3, 0]],
+        has_outside: false,
+    }
+}
+
+fn worst(reference: &Reference, mesh: &Mesh) -> f64 {
+    let point = |v: u32| {
+        let position = mesh.positions[v as usize];
+        crate::reference::GridPoint {
+            grid: position.truncate() / SCALE,
+            height: position.z,
+        }
+    };
+    let mut worst: f64 = 0.0;
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(point);
+        worst = worst.max(reference.triangle_deviation([a, b, c]).size);
+        if reference.bound == Bound::Surface {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                worst = worst.max(reference.edge_deviation(from, to).size);
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn refined_and_simplified_surfaces_stay_inside_the_volume_at_every_level() {
+    let (heights, curvature) = (hills(), [DVec2::splat(1e-6); SIZE]);
+    for bound in [Bound::Surface, Bound::Samples] {
+        let reference = reference(&heights, &curvature, bound);
+        let refinement = Refinement {
+            tolerance: 2.0,
+            height_step: 0.125,
+            frame: None,
+        };
+        let fine = triangulate(&square(&heights), &reference, refinement, |_| true).unwrap();
+        mesh::validate(&fine).unwrap();
+        assert!(
+            worst(&reference, &fine) <= 2.0,
+            "{bound:?} {}",
+            worst(&reference, &fine)
+        );
+        let kinds = vec![VertexKind::Free; fine.positions.len()];
+        let shape = Shape {
+            height_step: 0.125,
+            least_altitude: 1.0,
+        };
+        let mut simplifier = Simplifier::new(&fine, kinds, &reference, shape);
+        for vertical in [2.0, 4.0, 8.0] {
+            simplifier.simplify(Allowance { vertical, outline: 0.0 });
+        }
+        let partition = SurfacePartition::from_log(&fine, simplifier.log(), 2.0).unwrap();
+        partition::validate(&partition).unwrap();
+        let mut counts = Vec::new();
+        for (level, claimed) in partition.levels.iter().enumerate() {
+            let mesh = partition.lod(level);
+            mesh::validate(&mesh).unwrap();
+            assert!(worst(&reference, &mesh) <= claimed.error, "{bound:?} level {level}");
+            counts.push(mesh.triangles.len());
+        }
+        assert!(counts.windows(2).all(|pair| pair[0] * 10 < pair[1] * 9), "{counts:?}");
+        assert_eq!(simplifier.mesh().0.triangles.len(), counts[0]);
+    }
+}
+
+#[test]
+fn a_plane_is_two_triangles() {
+    let heights: Vec<f32> = (0..SIZE * SIZE)
+        .map(|i| (i % SIZE) as f32 * 2.0 + (i / SIZE) as f32)
+        .collect();
+    let curvature = [DVec2::ZERO; SIZE];
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    let refinement = Refinement {
+        tolerance: 0.01,
+        height_step: 0.0,
+        frame: None,
+    };
+    let mesh = triangulate(&square(&heights), &reference, refinement, |_| true).unwrap();
+    assert_eq!(mesh.triangles.len(), 2);
+}
+
+#[test]
+fn vertices_of_a_round_do_not_meet_so_levels_stay_few() {
+    let (heights, curvature) = (hills(), [DVec2::ZERO; SIZE]);
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    let refinement = Refinement {
+        tolerance: 0.5,
+        height_step: 0.0,
+        frame: None,
+    };
+    let fine = triangulate(&square(&heights), &reference, refinement, |_| true).unwrap();
+    let kinds = vec![VertexKind::Free; fine.positions.len()];
+    let shape = Shape {
+        height_step: 0.0,
+        least_altitude: 0.0,
+    };
+    let mut simplifier = Simplifier::new(&fine, kinds, &reference, shape);
+    simplifier.simplify(Allowance {
+        vertical: 10.0,
+        outline: 0.0,
+    });
+    assert!(simplifier.round < 40, "{} rounds", simplifier.round);
+    assert!(
+        simplifier.log().collapses.len() > 300,
+        "{}",
+        simplifier.log().collapses.len()
+    );
+}
+
+#[test]
+fn the_outline_of_a_hole_strays_no_further_than_allowed() {
+    let mut heights = hills();
+    for row in 10..20 {
+        for column in 10 + row % 3..20 {
+            heights[row * SIZE + column] = f32::NAN;
+        }
+    }
+    let curvature = [DVec2::ZERO; SIZE];
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    let fine = whole_cells(&reference);
+    let count = |allowed: f64| {
+        let shape = Shape {
+            height_step: 0.0,
+            least_altitude: 0.5,
+        };
+        let mut simplifier = Simplifier::new(&fine, vec![VertexKind::Free; fine.positions.len()], &reference, shape);
+        simplifier.simplify(Allowance {
+            vertical: 1000.0,
+            outline: allowed,
+        });
+        let (mesh, _) = simplifier.mesh();
+        mesh::validate(&mesh).unwrap();
+        let boundary: f64 = mesh.triangles.iter().map(|t| plan_area(&mesh, t)).sum();
+        (mesh.triangles.len(), boundary)
+    };
+    let (exact_triangles, exact_area) = count(0.0);
+    let (loose_triangles, loose_area) = count(45.0);
+    let valid_cells = fine.triangles.len() as f64 / 2.0 * SCALE * SCALE;
+    assert!((exact_area - valid_cells).abs() < 1e-6, "{exact_area} {valid_cells}");
+    assert!(loose_triangles < exact_triangles && (loose_area - valid_cells).abs() > 1.0);
+}
+
+fn plan_area(mesh: &Mesh, triangle: &[u32; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|v| mesh.positions[v as usize].truncate());
+    (b - a).perp_dot(c - a) / 2.0
+}
+
+/// Every valid cell as two triangles.
+fn whole_cells(reference: &Reference) -> Mesh {
+    let mut mesh = Mesh::default();
+    for index in 0..SIZE * SIZE {
+        let plan = DVec2::new((index % SIZE) as f64, (index / SIZE) as f64) * SCALE;
+        mesh.positions.push(plan.extend(f64::from(reference.heights[index])));
+        if reference.cell_is_valid((index % SIZE) as i64, (index / SIZE) as i64) {
+            let a = index as u32;
+            let below = a + SIZE as u32;
+            mesh.triangles.extend([[a, a + 1, below + 1], [a, below + 1, below]]);
+        }
+    }
+    mesh
+}

@@ -1,0 +1,218 @@
+//! The sides of tiles as curves: a pure function of the raster along the side, so that both neighbours, and every zoom,
+//! have the same vertices without asking each other.
+//!
+//! ```text
+//! leaf side:    breakpoints where the side crosses the raster's grid lines, rounded to the lattice
+//!               fine   ← fewest of them within the leaf's tolerance
+//! every side:   coarse ← fewest of `fine` within twice that tolerance, measured against all breakpoints
+//! parent side:  its halves' curves in a row; fine ← what its halves call coarse
+//! ```
+//! A side is cut into runs where the surface on its left or right begins or ends; the ends of runs are kept for ever,
+//! and so is a vertex one strip's width from each end of the side.
+
+use glam::DVec2;
+use terrain_core::chain::fewest_vertices;
+use terrain_core::reference::Reference;
+
+use crate::georeference::GeoReference;
+use crate::lattice::{Edge, Lattice, STRIP};
+
+/// Mean radius of the Earth, metres; for sagittas only.
+const EARTH_RADIUS: f64 = 6_371_000.0;
+
+/// What a curve is made from.
+pub(crate) struct BorderSource<'a> {
+    pub(crate) lattice: Lattice,
+    pub(crate) georeference: &'a GeoReference,
+    pub(crate) reference: &'a Reference<'a>,
+}
+
+/// A side's runs from its start to its end.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BorderCurve {
+    pub(crate) runs: Vec<Run>,
+}
+
+/// A stretch of a side along which the same of its two squares have surface.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    /// West or south of the side, and east or north of it.
+    pub(crate) has_surface: [bool; 2],
+    /// All breakpoints: global lattice coordinate along the side, and height.
+    points: Vec<(i64, f64)>,
+    /// Indices of the vertices of this zoom, and of the parent's.
+    fine: Vec<usize>,
+    coarse: Vec<usize>,
+}
+
+impl Run {
+    /// Vertices of this zoom: coordinate along the side, height, and whether the parent has it, too.
+    pub(crate) fn vertices(&self) -> impl DoubleEndedIterator<Item = (i64, f64, bool)> + '_ {
+        let vertex = |&index: &usize| {
+            let (along, height) = self.points[index];
+            (along, height, self.coarse.binary_search(&index).is_ok())
+        };
+        self.fine.iter().map(vertex)
+    }
+
+    /// Coordinates of the first and the last vertex.
+    pub(crate) fn ends(&self) -> [i64; 2] {
+        [self.points[0].0, self.points[self.points.len() - 1].0]
+    }
+}
+
+impl BorderCurve {
+    /// The curve of a leaf's side; `tolerance` in metres is that of its fine vertices.
+    pub(crate) fn of_leaf(source: &BorderSource, edge: Edge, tolerance: f64) -> Self {
+        let length = source.lattice.extent(edge.zoom);
+        let start = edge.along * length;
+        let breakpoints = source.breakpoints(edge);
+        let mut runs: Vec<Run> = Vec::new();
+        for pair in breakpoints.windows(2) {
+            let has_surface = source.surface_beside(edge, (pair[0] + pair[1]) as f64 / 2.0);
+            let continues = runs.last().is_some_and(|run| run.has_surface == has_surface && run.ends()[1] == pair[0]);
+            if has_surface == [false; 2] {
+                continue;
+            }
+            if !continues {
+                let points = vec![source.point(edge, pair[0])];
+                runs.push(Run { has_surface, points, fine: Vec::new(), coarse: Vec::new() });
+            }
+            if let Some(run) = runs.last_mut() {
+                run.points.push(source.point(edge, pair[1]));
+            }
+        }
+        for run in &mut runs {
+            source.keep_ends_clear(edge, run, [start, start + length]);
+            run.fine = (0..run.points.len()).collect();
+            run.fine = source.simplified(edge, run, tolerance);
+            run.coarse = source.simplified(edge, run, 2.0 * tolerance);
+        }
+        Self { runs }
+    }
+
+    /// The curve of a side that is no leaf's, from its halves'; `tolerance` as in [`BorderCurve::of_leaf`].
+    pub(crate) fn of_halves(source: &BorderSource, edge: Edge, halves: [Option<&Self>; 2], tolerance: f64) -> Self {
+        let mut runs: Vec<Run> = Vec::new();
+        for run in halves.into_iter().flatten().flat_map(|half| &half.runs) {
+            match runs.last_mut() {
+                Some(last) if last.has_surface == run.has_surface && last.ends()[1] == run.ends()[0] => {
+                    let offset = last.points.len() - 1;
+                    last.points.extend(&run.points[1..]);
+                    last.fine.extend(run.coarse[1..].iter().map(|index| index + offset));
+                }
+                _ => runs.push(Run { fine: run.coarse.clone(), coarse: Vec::new(), ..run.clone() }),
+            }
+        }
+        for run in &mut runs {
+            run.coarse = source.simplified(edge, run, 2.0 * tolerance);
+        }
+        Self { runs }
+    }
+}
+
+impl BorderSource<'_> {
+    /// Longitude and latitude of a place on a side, moved sideways by some lattice units.
+    fn geographic(&self, edge: Edge, along: f64, sideways: f64) -> DVec2 {
+        let across = (edge.line * self.lattice.extent(edge.zoom)) as f64 + sideways;
+        self.lattice.geographic(if edge.is_meridian { DVec2::new(across, along) } else { DVec2::new(along, across) })
+    }
+
+    fn grid(&self, edge: Edge, along: f64) -> DVec2 {
+        self.georeference.grid(self.geographic(edge, along, 0.0))
+    }
+
+    fn point(&self, edge: Edge, along: i64) -> (i64, f64) {
+        let height = self.reference.height_near(self.grid(edge, along as f64)).unwrap_or(0.0);
+        let step = self.lattice.height_step();
+        (along, (height / step).round() * step)
+    }
+
+    /// Whether there is surface just west or south of a place on the side, and just east or north of it.
+    fn surface_beside(&self, edge: Edge, along: f64) -> [bool; 2] {
+        [-0.25, 0.25].map(|sideways| {
+            let cell = self.georeference.grid(self.geographic(edge, along, sideways)).floor();
+            self.reference.cell_is_valid(cell.x as i64, cell.y as i64)
+        })
+    }
+
+    /// The side's ends and where it crosses grid lines, in lattice units along it, growing.
+    fn breakpoints(&self, edge: Edge) -> Vec<i64> {
+        let length = self.lattice.extent(edge.zoom);
+        let (start, end) = (edge.along * length, (edge.along + 1) * length);
+        let cells = (self.grid(edge, end as f64) - self.grid(edge, start as f64)).abs().max_element();
+        let stretches = cells.ceil().clamp(1.0, 65_536.0);
+        let mut found = vec![start, end];
+        let mut from = self.grid(edge, start as f64);
+        for stretch in 0..stretches as i64 {
+            let at = |stretch: i64| start as f64 + length as f64 * stretch as f64 / stretches;
+            let to = self.grid(edge, at(stretch + 1));
+            for t in crossings(from.x, to.x).chain(crossings(from.y, to.y)) {
+                found.push((at(stretch) + t * (at(stretch + 1) - at(stretch))).round() as i64);
+            }
+            from = to;
+        }
+        found.retain(|along| (start..=end).contains(along));
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    /// Puts a vertex one strip's width from each end of the side that the run reaches, and takes out those closer.
+    fn keep_ends_clear(&self, edge: Edge, run: &mut Run, [start, end]: [i64; 2]) {
+        let [first, last] = run.ends();
+        let mut inner = Vec::new();
+        if first == start && last > start + STRIP {
+            inner.push(start + STRIP);
+        }
+        if last == end && first < end - STRIP {
+            inner.push(end - STRIP);
+        }
+        let clear = start + STRIP + 1..end - STRIP;
+        run.points.retain(|&(along, _)| along == first || along == last || clear.contains(&along));
+        run.points.extend(inner.into_iter().map(|along| self.point(edge, along)));
+        run.points.sort_unstable_by_key(|&(along, _)| along);
+        run.points.dedup_by_key(|&mut (along, _)| along);
+    }
+
+    /// The fewest of the run's fine vertices within a tolerance, the kept ones among them.
+    fn simplified(&self, edge: Edge, run: &Run, tolerance: f64) -> Vec<usize> {
+        let length = self.lattice.extent(edge.zoom);
+        let (start, end) = (edge.along * length, (edge.along + 1) * length);
+        let hang = self.sagitta_per_square_unit(edge);
+        let dropped = |&(along, height): &(i64, f64)| {
+            let from_start = (along - start) as f64;
+            DVec2::new(from_start, height - hang * from_start * from_start)
+        };
+        let points: Vec<DVec2> = run.points.iter().map(dropped).collect();
+        let is_kept = |&index: &usize| {
+            let along = run.points[index].0;
+            index == 0 || index + 1 == points.len() || along == start + STRIP || along == end - STRIP
+        };
+        let mut kept = Vec::new();
+        let mut from = 0;
+        for to in 1..run.fine.len() {
+            if is_kept(&run.fine[to]) {
+                kept.extend(fewest_vertices(&points, &run.fine[from..=to], tolerance));
+                from = to;
+            }
+        }
+        kept.dedup();
+        kept
+    }
+
+    /// Metres by which a chord of one unit hangs below the ellipsoid, times four: kx or ky of the lattice.
+    fn sagitta_per_square_unit(&self, edge: Edge) -> f64 {
+        let latitude = self.geographic(edge, (edge.along * self.lattice.extent(edge.zoom)) as f64, 0.0).y;
+        let shrink = if edge.is_meridian { 1.0 } else { latitude.to_radians().cos() };
+        let metres = self.lattice.degrees_per_unit().to_radians() * EARTH_RADIUS * shrink;
+        metres * metres / (2.0 * EARTH_RADIUS)
+    }
+}
+
+/// Parameters in 0 … 1 at which a coordinate passes whole numbers on its way.
+fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    let (low, high) = (from.min(to).ceil(), from.max(to).floor());
+    let count = if from == to { 0 } else { (high - low + 1.0).max(0.0) as usize };
+    (0..count).map(move |index| (low + index as f64 - from) / (to - from))
+}

@@ -1,0 +1,193 @@
+//! The certified error of a finished surface: measured on the Earth, not in the simplifier's model of it.
+//!
+//! Triangles are flat in Earth-centred coordinates between vertices of the lattice, as a client draws them; the
+//! deviation at a sample P with the ellipsoid's normal n is N·(P − V) / (N·n) for a triangle through V with normal N.
+//!
+//! ```text
+//! for each triangle: each valid sample whose normal line crosses it
+//! for each edge:     each place where it crosses a grid line, and the summit of the difference in between
+//! bound ← the largest of these + what curvature can add inside a cell: (column² + row²) / 8R
+//! ```
+//! The difference from a bilinear cell is, but for the curvature, a bilinear function without summits of its own.
+
+use std::collections::BTreeSet;
+
+use glam::{DVec2, DVec3};
+use terrain_core::Mesh;
+use terrain_core::reference::Bound;
+use terrain_tiles::ellipsoid::{self, Geodetic};
+
+use crate::height_grid::HeightGrid;
+
+/// Smallest radius of curvature of the ellipsoid, metres.
+const LEAST_RADIUS: f64 = 6_335_000.0;
+/// Third-order terms of the curvature inside a cell, as a share of the second-order one.
+const HIGHER_ORDER: f64 = 1.1;
+/// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
+const BESIDE: f64 = 1e-3;
+/// Cells by which a straight edge in space may leave the straight line on the grid before it is cut in two.
+const STRAIGHT: f64 = 1e-4;
+
+/// A vertex on the Earth and on the raster.
+#[derive(Clone, Copy)]
+struct Place {
+    space: DVec3,
+    longitude: f64,
+    grid: DVec2,
+}
+
+/// An upper bound of the vertical deviation between `surface` and the raster's surface, in metres. `geodetic` gives the
+/// longitude (in the range of the raster's), latitude and height of a vertex.
+pub(crate) fn vertical_error(
+    surface: &Mesh,
+    geodetic: impl Fn(DVec3) -> Geodetic,
+    grid: &HeightGrid,
+    bound: Bound,
+) -> f64 {
+    let places: Vec<Place> = surface.positions.iter().map(|&position| place(grid, geodetic(position))).collect();
+    let mut worst: f64 = 0.0;
+    for corners in &surface.triangles {
+        worst = worst.max(at_samples(grid, corners.map(|corner| places[corner as usize])));
+    }
+    if bound == Bound::Samples {
+        return worst;
+    }
+    let ordered = |a: u32, b: u32| (a.min(b), a.max(b));
+    let edges: BTreeSet<(u32, u32)> =
+        surface.triangles.iter().flat_map(|&[a, b, c]| [ordered(a, b), ordered(b, c), ordered(c, a)]).collect();
+    for (from, to) in edges {
+        worst = worst.max(along_edge(grid, places[from as usize], places[to as usize]));
+    }
+    worst + curvature_in_a_cell(grid)
+}
+
+/// What the ellipsoid's curvature can add to the extremes of a bilinear function inside one cell, metres.
+fn curvature_in_a_cell(grid: &HeightGrid) -> f64 {
+    let rows = [0.0, 0.5, 1.0].map(|share| (grid.rows - 1) as f64 * share);
+    let squared = rows.map(|row| {
+        let cell = grid.georeference.cell_metres(DVec2::new((grid.columns - 1) as f64 / 2.0, row));
+        cell.length_squared()
+    });
+    HIGHER_ORDER * squared.into_iter().fold(0.0, f64::max) / (8.0 * LEAST_RADIUS)
+}
+
+fn place(grid: &HeightGrid, geodetic: Geodetic) -> Place {
+    Place {
+        space: ellipsoid::to_earth_centred(geodetic),
+        longitude: geodetic.longitude,
+        grid: grid.georeference.grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
+    }
+}
+
+fn at_samples(grid: &HeightGrid, corners: [Place; 3]) -> f64 {
+    let [a, b, c] = corners.map(|corner| corner.space);
+    let normal = (b - a).cross(c - a);
+    let margin = 0.02 + corners_bulge(grid, &corners);
+    let low = corners.iter().map(|corner| corner.grid.y).fold(f64::INFINITY, f64::min) - margin;
+    let high = corners.iter().map(|corner| corner.grid.y).fold(f64::NEG_INFINITY, f64::max) + margin;
+    let mut worst: f64 = 0.0;
+    let rows = low.ceil().max(0.0) as usize..((high.floor() + 1.0).max(0.0) as usize).min(grid.rows);
+    for row in rows {
+        let (from, to) = span(row as f64, margin, corners.map(|corner| corner.grid));
+        let columns = from.ceil().max(0.0) as usize..((to.floor() + 1.0).max(0.0) as usize).min(grid.columns);
+        for column in columns {
+            let height = grid.height(column, row);
+            if height.is_nan() {
+                continue;
+            }
+            let at = grid.georeference.geographic(DVec2::new(column as f64, row as f64));
+            let up = ellipsoid::normal(at.x, at.y);
+            let sample = ellipsoid::to_earth_centred(Geodetic {
+                longitude: at.x,
+                latitude: at.y,
+                height: f64::from(height),
+            });
+            let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| {
+                up.dot((p - sample).cross(q - sample)) >= -BESIDE * (q - p).length()
+            });
+            if inside {
+                worst = worst.max((normal.dot(sample - a) / normal.dot(up)).abs());
+            }
+        }
+    }
+    worst
+}
+
+fn along_edge(grid: &HeightGrid, a: Place, b: Place) -> f64 {
+    let difference = |t: f64| {
+        let (geodetic, at) = on_edge(grid, a, b, t);
+        grid.bilinear(at).map(|height| geodetic.height - height)
+    };
+    let mut worst: f64 = 0.0;
+    for pair in stops(grid, a, b).windows(2) {
+        let ends = [pair[0], (pair[0] + pair[1]) / 2.0, pair[1]].map(difference);
+        worst = ends.into_iter().flatten().map(f64::abs).fold(worst, f64::max);
+        if let [Some(first), Some(middle), Some(last)] = ends {
+            let bend = first - 2.0 * middle + last;
+            let summit = (first - last) / (4.0 * bend);
+            if bend != 0.0 && summit.abs() < 0.5 {
+                let t = (pair[0] + pair[1]) / 2.0 + summit * (pair[1] - pair[0]);
+                worst = worst.max(difference(t).unwrap_or(0.0).abs());
+            }
+        }
+    }
+    worst
+}
+
+fn on_edge(grid: &HeightGrid, a: Place, b: Place, t: f64) -> (Geodetic, DVec2) {
+    let mut geodetic = ellipsoid::to_geodetic(a.space.lerp(b.space, t));
+    geodetic.longitude += ((a.longitude - geodetic.longitude) / 360.0).round() * 360.0;
+    (geodetic, grid.georeference.grid(DVec2::new(geodetic.longitude, geodetic.latitude)))
+}
+
+/// Growing parameters from 0 to 1 between which the edge is inside one cell.
+fn stops(grid: &HeightGrid, a: Place, b: Place) -> Vec<f64> {
+    let pieces = (corners_bulge(grid, &[a, b]) / STRAIGHT).sqrt().ceil().max(1.0);
+    let mut stops = vec![0.0];
+    let mut from = a.grid;
+    for piece in 1..=pieces as usize {
+        let (start, end) = ((piece - 1) as f64 / pieces, piece as f64 / pieces);
+        let to = if end < 1.0 { on_edge(grid, a, b, end).1 } else { b.grid };
+        let mut inside: Vec<f64> = crossings(from.x, to.x).chain(crossings(from.y, to.y)).collect();
+        inside.sort_by(f64::total_cmp);
+        stops.extend(inside.into_iter().map(|t| start + t * (end - start)));
+        stops.push(end);
+        from = to;
+    }
+    stops
+}
+
+/// Parameters strictly between 0 and 1 at which a coordinate passes whole numbers.
+fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    let first = from.min(to).floor() + 1.0;
+    let count = (from.max(to).ceil() - first).max(0.0) as usize;
+    (0..count).map(move |index| (first + index as f64 - from) / (to - from))
+}
+
+/// How far, in cells, a straight line in space between the places can leave the straight line on the grid.
+fn corners_bulge(grid: &HeightGrid, corners: &[Place]) -> f64 {
+    let Some((first, rest)) = corners.split_first() else { return 0.0 };
+    let longest = rest.iter().map(|corner| corner.space.distance_squared(first.space)).fold(0.0, f64::max);
+    let cell = grid.georeference.cell_metres(first.grid).min_element();
+    let up = first.space.normalize();
+    let steepness = 1.0 + (up.z / up.truncate().length().max(1e-3)).abs();
+    // Twice the distance from the first corner bounds the third side, so four times its square.
+    4.0 * longest * steepness / (8.0 * LEAST_RADIUS) / cell
+}
+
+/// First and last column of the triangle between `row − margin` and `row + margin`, each moved out by the margin.
+fn span(row: f64, margin: f64, corners: [DVec2; 3]) -> (f64, f64) {
+    let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (p, q) in [(corners[0], corners[1]), (corners[1], corners[2]), (corners[2], corners[0])] {
+        let (low, high) = if p.y <= q.y { (p, q) } else { (q, p) };
+        let (bottom, top) = (low.y.max(row - margin), high.y.min(row + margin));
+        if bottom > top {
+            continue;
+        }
+        let at = |y: f64| low.lerp(high, (y - low.y) / (high.y - low.y)).x;
+        let ends = if high.y > low.y { [at(bottom), at(top)] } else { [low.x, high.x] };
+        from = from.min(ends[0]).min(ends[1]);
+        to = to.max(ends[0]).max(ends[1]);
+    }
+    (from - margin, to + margin)
+}

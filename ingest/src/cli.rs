@@ -1,0 +1,166 @@
+//! The options of `terrain-ingest`, and the help that a stranger reads.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+const EXAMPLES: &str = "\
+Examples:
+  terrain-ingest dem.tif                         writes dem.pmtiles here, error derived from the raster
+  terrain-ingest N49W124.hgt.zip N49W123.hgt.zip -o vancouver.pmtiles --max-error 5
+  terrain-ingest height.exr --crs EPSG:2056 --bounds 2600000,1190000,2610000,1200000
+  terrain-ingest tin dem.tif --max-error 10 -o dem.ply
+  terrain-ingest verify dem.pmtiles dem.tif      measures every claim again, by brute force
+  terrain-ingest info dem.pmtiles
+Serve the result with `terrain-server dem.pmtiles`.
+
+Exit codes: 0 success; 1 a verified claim does not hold, or the job could not be finished; 2 unusable input or options.";
+
+/// Turns elevation rasters into progressive terrain whose every level of detail carries a certified error in metres.
+///
+/// Reads GeoTIFF, SRTM .hgt and .hgt.zip, Esri and USGS grids, DTED, netCDF, OpenEXR and more, in any coordinate
+/// reference system that PROJ knows. Nodata is void, never a height. Heights stay in the raster's vertical datum.
+#[derive(Parser)]
+#[command(
+    version,
+    after_help = EXAMPLES,
+    max_term_width = 110,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) build: BuildArgs,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Triangulate a whole raster into one mesh, in the raster's own coordinates.
+    Tin(TinArgs),
+    /// Measure again, from the tiles or the mesh and the raster alone, every error that was claimed.
+    Verify(VerifyArgs),
+    /// Print what an archive says of itself.
+    Info(InfoArgs),
+}
+
+/// The main job: an archive of tiles.
+#[derive(Args)]
+pub(crate) struct BuildArgs {
+    /// Elevation rasters; several must share CRS, cell size and alignment, and become one surface.
+    #[arg(value_name = "DEM", required = true)]
+    pub(crate) dems: Vec<PathBuf>,
+    /// Archive to write; the first DEM's name with .pmtiles, in the current folder, if not given.
+    #[arg(short, long, value_name = "OUT.pmtiles")]
+    pub(crate) output: Option<PathBuf>,
+    /// Largest error of the finest tiles, in metres; derived from the raster if not given, doubled a zoom upwards.
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) max_error: Option<f64>,
+    #[command(flatten)]
+    pub(crate) raster: RasterArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// One mesh of a whole raster.
+#[derive(Args)]
+pub(crate) struct TinArgs {
+    /// Elevation rasters.
+    #[arg(value_name = "DEM", required = true)]
+    pub(crate) dems: Vec<PathBuf>,
+    /// Mesh to write; x and y in units of the raster's CRS, z in metres.
+    #[arg(short, long, value_name = "OUT.ply|OUT.obj")]
+    pub(crate) output: PathBuf,
+    /// Largest error in metres.
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) max_error: f64,
+    /// Where the error is bounded.
+    #[arg(long, value_enum, default_value = "surface")]
+    pub(crate) bound: Bound,
+    #[command(flatten)]
+    pub(crate) raster: RasterArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// Brute force over an archive or a mesh.
+#[derive(Args)]
+pub(crate) struct VerifyArgs {
+    /// What to verify: an archive or a mesh.
+    #[arg(value_name = "OUT.pmtiles|MESH.ply|MESH.obj")]
+    pub(crate) subject: PathBuf,
+    /// The rasters that it was made from.
+    #[arg(value_name = "DEM", required = true)]
+    pub(crate) dems: Vec<PathBuf>,
+    /// The error to hold a mesh to that claims none itself, in metres.
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) max_error: Option<f64>,
+    /// Where such a mesh's error is bounded.
+    #[arg(long, value_enum, default_value = "surface")]
+    pub(crate) bound: Bound,
+    #[command(flatten)]
+    pub(crate) raster: RasterArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct InfoArgs {
+    /// The archive.
+    #[arg(value_name = "OUT.pmtiles")]
+    pub(crate) archive: PathBuf,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// For rasters that do not say where they are, or wrongly.
+#[derive(Args)]
+pub(crate) struct RasterArgs {
+    /// Coordinate reference system to use instead of the raster's own: EPSG:2056, WKT or a PROJ string.
+    #[arg(long, value_name = "CRS")]
+    pub(crate) crs: Option<String>,
+    /// Outer edges of the raster's pixels, in units of the CRS, to use instead of the raster's own position.
+    #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
+    pub(crate) bounds: Option<[f64; 4]>,
+}
+
+#[derive(Args)]
+pub(crate) struct RunArgs {
+    /// Threads to use; all cores if not given.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+    /// Show no progress.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+    /// Report as JSON on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Where an error is bounded.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Bound {
+    /// At every point of the surface that is bilinear between samples.
+    Surface,
+    /// At samples only, as other programs do it: fewer triangles, a weaker promise.
+    Samples,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if number > 0.0 && number.is_finite() {
+        Ok(number)
+    } else {
+        Err("must be a number above 0".to_owned())
+    }
+}
+
+fn bounds(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    numbers
+        .ok()
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| "needs four numbers: WEST,SOUTH,EAST,NORTH".to_owned())
+}

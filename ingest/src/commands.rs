@@ -1,0 +1,239 @@
+//! What the commands do: read, call the library, print a report.
+
+use std::fmt::{self, Display};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+use terrain_ingest::{HeightGrid, Progress, ReadOptions, peak_memory, pyramid, raster, tin, verify};
+use terrain_tiles::archive::Reader;
+use terrain_tiles::metadata::Metadata;
+
+use crate::Failure;
+use crate::cli::{Bound, BuildArgs, Cli, Command, InfoArgs, RasterArgs, RunArgs, TinArgs, VerifyArgs};
+
+pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
+    match cli.command {
+        None => build(cli.build),
+        Some(Command::Tin(arguments)) => triangulate(arguments),
+        Some(Command::Verify(arguments)) => check(arguments),
+        Some(Command::Info(arguments)) => info(&arguments),
+    }
+}
+
+fn build(arguments: BuildArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    let output = arguments.output.unwrap_or_else(|| default_output(&arguments.dems[0]));
+    check_output(&output)?;
+    let progress = prepare(&arguments.run)?;
+    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let options = pyramid::Options {
+        max_error: arguments.max_error,
+        ..pyramid::Options::default()
+    };
+    let report = pyramid::build(&grid, &options, &output, &progress).map_err(Failure::Other)?;
+    print_finished(report, &output, started, arguments.run.json)
+}
+
+fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    check_output(&arguments.output)?;
+    if !has_extension(&arguments.output, &["ply", "obj"]) {
+        let output = arguments.output.display();
+        return Err(Failure::Input(anyhow!("{output}: meshes are written as .ply or .obj")));
+    }
+    let progress = prepare(&arguments.run)?;
+    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let options = tin::Options {
+        max_error: arguments.max_error,
+        bound: match arguments.bound {
+            Bound::Surface => terrain_core::reference::Bound::Surface,
+            Bound::Samples => terrain_core::reference::Bound::Samples,
+        },
+    };
+    let report = tin::run(&grid, &options, &arguments.output, &progress).map_err(Failure::Other)?;
+    print_finished(report, &arguments.output, started, arguments.run.json)
+}
+
+fn check(arguments: VerifyArgs) -> Result<(), Failure> {
+    let progress = prepare(&arguments.run)?;
+    if let Err(error) = std::fs::metadata(&arguments.subject) {
+        return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
+    }
+    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let (json, subject) = (arguments.run.json, &arguments.subject);
+    let holds = if has_extension(subject, &["ply", "obj"]) {
+        let claim = arguments.max_error.map(|error| verify::Claim {
+            error,
+            bound: bound_name(arguments.bound).to_owned(),
+        });
+        let report = verify::mesh(subject, &grid, claim).map_err(Failure::Input)?;
+        print(&report, json)?;
+        report.holds()
+    } else {
+        let report = verify::archive(subject, &grid, &progress).map_err(Failure::Input)?;
+        print(&report, json)?;
+        report.holds()
+    };
+    if holds { Ok(()) } else { Err(Failure::Violation) }
+}
+
+fn info(arguments: &InfoArgs) -> Result<(), Failure> {
+    let reader = Reader::open(&arguments.archive).map_err(|error| Failure::Input(error.into()))?;
+    print(&Info(reader.metadata()), arguments.json)
+}
+
+/// Sets the number of threads and says where progress goes.
+fn prepare(run: &RunArgs) -> Result<Progress, Failure> {
+    if let Some(jobs) = run.jobs {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(jobs))
+            .build_global()
+            .map_err(|error| Failure::Other(error.into()))?;
+    }
+    Ok(if run.quiet {
+        Progress::silent()
+    } else {
+        Progress::on_standard_error()
+    })
+}
+
+fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
+    let options = ReadOptions {
+        crs: raster.crs,
+        bounds: raster.bounds,
+        progress: progress.clone(),
+        ..ReadOptions::default()
+    };
+    raster::read(dems, &options).map_err(|error| Failure::Input(error.into()))
+}
+
+/// The raster's name with `.pmtiles`, in the current folder; `N48W125.hgt.zip` becomes `N48W125.pmtiles`.
+fn default_output(dem: &Path) -> PathBuf {
+    let name = PathBuf::from(dem.file_name().unwrap_or_default());
+    let is_zip = has_extension(&name, &["zip"]);
+    let name = if is_zip { name.with_extension("") } else { name };
+    name.with_extension("pmtiles")
+}
+
+/// Finds out before the work whether the result has a place.
+fn check_output(output: &Path) -> Result<(), Failure> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let problem = match folder {
+        _ if output.is_dir() => "is a folder",
+        Some(folder) if !folder.is_dir() => "its folder does not exist",
+        _ => return Ok(()),
+    };
+    Err(Failure::Input(anyhow!("{}: {problem}", output.display())))
+}
+
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension()
+        .is_some_and(|extension| extensions.iter().any(|known| extension.eq_ignore_ascii_case(known)))
+}
+
+fn bound_name(bound: Bound) -> &'static str {
+    match bound {
+        Bound::Surface => "surface",
+        Bound::Samples => "samples",
+    }
+}
+
+/// A report with what the job cost.
+#[derive(Serialize)]
+struct Finished<R> {
+    output: PathBuf,
+    #[serde(flatten)]
+    report: R,
+    seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_memory_bytes: Option<u64>,
+}
+
+impl<R: Display> Display for Finished<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.report)?;
+        write!(f, "{}: {:.1} s", self.output.display(), self.seconds)?;
+        match self.peak_memory_bytes {
+            Some(bytes) => write!(f, ", peak memory {} MB", bytes / 1_000_000),
+            None => Ok(()),
+        }
+    }
+}
+
+fn print_finished<R: Serialize + Display>(
+    report: R,
+    output: &Path,
+    started: Instant,
+    json: bool,
+) -> Result<(), Failure> {
+    let finished = Finished {
+        output: output.to_owned(),
+        report,
+        seconds: started.elapsed().as_secs_f64(),
+        peak_memory_bytes: peak_memory(),
+    };
+    print(&finished, json)
+}
+
+/// An archive's own description, as a table.
+#[derive(Serialize)]
+struct Info<'a>(&'a Metadata);
+
+impl Display for Info<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(metadata) = self;
+        let [west, south, east, north] = metadata.bounds;
+        let [lowest, highest] = metadata.heights;
+        let source = &metadata.source;
+        writeln!(f, "format          {} version {}", metadata.format, metadata.version)?;
+        writeln!(f, "written by      {}", metadata.generator)?;
+        writeln!(f, "source          {}", source.files.join(", "))?;
+        writeln!(
+            f,
+            "samples         {} × {}, {}",
+            source.samples[0], source.samples[1], source.crs
+        )?;
+        writeln!(f, "vertical datum  {}", source.vertical_datum)?;
+        writeln!(f, "scheme          {}", metadata.scheme)?;
+        writeln!(
+            f,
+            "bounds          {west:.6}, {south:.6}, {east:.6}, {north:.6} (west, south, east, north)"
+        )?;
+        writeln!(f, "heights         {lowest} … {highest} m")?;
+        writeln!(
+            f,
+            "error           {} m at the leaves, bounded at the {}",
+            metadata.max_error, metadata.bound
+        )?;
+        writeln!(
+            f,
+            "zoom  tiles  triangles  finest error, m  coarsest error, m  outline error, m"
+        )?;
+        let lines = metadata.zooms.iter().map(|zoom| {
+            let (tiles, triangles) = (zoom.tiles, zoom.triangles);
+            let (finest, coarsest, outline) = (zoom.finest_error, zoom.coarsest_error, zoom.outline_error);
+            format!(
+                "{:>4} {tiles:>6} {triangles:>10} {finest:>16.3} {coarsest:>18.3} {outline:>17.3}",
+                zoom.zoom
+            )
+        });
+        write!(f, "{}", lines.collect::<Vec<_>>().join("\n"))
+    }
+}
+
+fn print(report: &(impl Serialize + Display), json: bool) -> Result<(), Failure> {
+    let text = if json {
+        serde_json::to_string_pretty(report).map_err(|error| Failure::Other(error.into()))?
+    } else {
+        report.to_string()
+    };
+    match writeln!(io::stdout(), "{text}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(error).context("standard output").map_err(Failure::Other)
+        }
+        _ => Ok(()),
+    }
+}

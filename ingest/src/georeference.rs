@@ -1,0 +1,292 @@
+//! Where on the Earth the samples of a raster are: from grid coordinates to WGS84 longitude and latitude and back.
+//!
+//! PROJ is asked at construction only. Where it finds that the raster's coordinates *are* WGS84 degrees, the map is an
+//! affine formula; otherwise it is tabulated (see [`table`]). Both are plain data: fast, and usable from any thread.
+
+mod projection;
+mod table;
+
+use glam::{DAffine2, DMat2, DVec2};
+use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
+use thiserror::Error;
+
+use projection::Projection;
+use table::Table;
+
+/// Degrees within which a raster's own coordinates count as WGS84's: a tenth of a millimetre on the ground.
+const SAME_DEGREES: f64 = 1e-9;
+/// Grid points along a side at which raster and WGS84 coordinates are compared.
+const PROBES: usize = 5;
+
+/// A coordinate reference system by name and in a form that PROJ reads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Crs {
+    /// `EPSG:4326` where it has a code, its own name otherwise.
+    pub name: String,
+    /// Anything that PROJ takes: a code, WKT, PROJJSON, a PROJ string.
+    pub definition: String,
+}
+
+/// Why samples have no longitude and latitude.
+#[derive(Debug, Error, PartialEq)]
+pub enum GeoReferenceError {
+    /// PROJ does not know the coordinate reference system, or no way from it to WGS84.
+    #[error("PROJ knows no way from {crs} to WGS84 longitude and latitude: {reason}")]
+    NoTransformation {
+        /// Name of the coordinate reference system.
+        crs: String,
+        /// What PROJ said.
+        reason: String,
+    },
+    /// PROJ gives no finite result at a sample or near the raster's edge.
+    #[error("PROJ cannot transform column {column:.1}, row {row:.1} of the grid to WGS84: {reason}")]
+    Untransformable {
+        /// Grid coordinate.
+        column: f64,
+        /// Grid coordinate.
+        row: f64,
+        /// What PROJ said.
+        reason: String,
+    },
+    /// Neighbouring samples lie far apart in longitude or latitude, whatever the resolution of the table.
+    #[error("the raster has no continuous longitude and latitude; does it hold a pole or the edge of its projection?")]
+    Discontinuous,
+    /// A row or column beyond 90° north or south.
+    #[error("the raster reaches to latitude {0}°, beyond the pole")]
+    BeyondPole(f64),
+    /// Two samples at one place, or a coordinate that is not finite.
+    #[error("the raster's affine transform is degenerate")]
+    Degenerate,
+}
+
+/// Maps grid coordinates (see [`crate::HeightGrid`]) to the raster's coordinate reference system, to WGS84, and back.
+#[derive(Clone, Debug)]
+pub struct GeoReference {
+    crs_name: String,
+    columns: usize,
+    rows: usize,
+    to_crs: DAffine2,
+    to_geographic: ToGeographic,
+    is_ballpark: bool,
+}
+
+#[derive(Clone, Debug)]
+enum ToGeographic {
+    Affine { forward: DAffine2, inverse: DAffine2 },
+    Table(Table),
+}
+
+impl GeoReference {
+    /// The samples of a WGS84 grid whose first one is at `first` (longitude, latitude), with `step` degrees from column
+    /// to column and from row to row (negative where rows run south).
+    #[must_use]
+    pub fn wgs84(columns: usize, rows: usize, first: DVec2, step: DVec2) -> Self {
+        let to_crs = DAffine2::from_mat2_translation(DMat2::from_diagonal(step), first);
+        Self::affine_to_geographic("EPSG:4326", to_crs, columns, rows)
+    }
+
+    /// The samples of a grid of `columns` by `rows` in `crs`; `to_crs` maps grid coordinates to its coordinates, x
+    /// (east or longitude) first.
+    ///
+    /// # Errors
+    /// If PROJ cannot transform the whole raster to WGS84, continuously.
+    pub fn new(crs: &Crs, to_crs: DAffine2, columns: usize, rows: usize) -> Result<Self, GeoReferenceError> {
+        let determinant = to_crs.matrix2.determinant();
+        if !to_crs.is_finite() || determinant == 0.0 || !determinant.is_normal() {
+            return Err(GeoReferenceError::Degenerate);
+        }
+        let probes = probes(columns, rows);
+        let projection = Projection::new(crs, None)?;
+        let geographic = projection.all_to_geographic(&to_crs, &probes)?;
+        let mut georeference = if same_degrees(&to_crs, &probes, &geographic) {
+            Self::affine_to_geographic(&crs.name, to_crs, columns, rows)
+        } else {
+            Self::tabulated(crs, to_crs, columns, rows, &geographic)?
+        };
+        georeference.is_ballpark |= projection.is_ballpark();
+        georeference.check_latitudes()?;
+        Ok(georeference)
+    }
+
+    fn affine_to_geographic(crs_name: &str, to_crs: DAffine2, columns: usize, rows: usize) -> Self {
+        let west = corners(columns, rows)
+            .map(|corner| to_crs.transform_point2(corner).x)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        let mut forward = to_crs;
+        forward.translation.x -= whole_turns(west);
+        Self {
+            crs_name: crs_name.to_owned(),
+            columns,
+            rows,
+            to_crs,
+            to_geographic: ToGeographic::Affine {
+                forward,
+                inverse: forward.inverse(),
+            },
+            is_ballpark: false,
+        }
+    }
+
+    fn tabulated(
+        crs: &Crs,
+        to_crs: DAffine2,
+        columns: usize,
+        rows: usize,
+        probed: &[DVec2],
+    ) -> Result<Self, GeoReferenceError> {
+        let projection = Projection::new(crs, projection::area(probed))?;
+        let table = Table::new(columns, rows, |grid| projection.to_geographic(&to_crs, grid))?;
+        let is_ballpark = projection.is_ballpark();
+        let mut georeference = Self {
+            crs_name: crs.name.clone(),
+            columns,
+            rows,
+            to_crs,
+            to_geographic: ToGeographic::Table(table),
+            is_ballpark,
+        };
+        let turns = whole_turns(georeference.geographic_bounds()[0]);
+        if let ToGeographic::Table(table) = &mut georeference.to_geographic {
+            table.shift(DVec2::new(-turns, 0.0));
+        }
+        Ok(georeference)
+    }
+
+    fn check_latitudes(&self) -> Result<(), GeoReferenceError> {
+        let [_, south, _, north] = self.geographic_bounds();
+        match [south, north]
+            .into_iter()
+            .find(|latitude| latitude.abs() > 90.0 + SAME_DEGREES)
+        {
+            Some(latitude) => Err(GeoReferenceError::BeyondPole(latitude)),
+            None => Ok(()),
+        }
+    }
+
+    /// Code of the raster's coordinate reference system, or its name where it has none.
+    #[must_use]
+    pub fn crs_name(&self) -> &str {
+        &self.crs_name
+    }
+
+    /// True where PROJ had no datum shift to WGS84 and took the coordinates for WGS84's, which may be a hundred metres
+    /// off.
+    #[must_use]
+    pub fn is_ballpark(&self) -> bool {
+        self.is_ballpark
+    }
+
+    /// Grid coordinates to coordinates of the raster's reference system, in its units, x to the east.
+    #[must_use]
+    pub fn affine(&self) -> DAffine2 {
+        self.to_crs
+    }
+
+    /// [`Self::affine`] of one point.
+    #[must_use]
+    pub fn crs_coordinates(&self, grid: DVec2) -> DVec2 {
+        self.to_crs.transform_point2(grid)
+    }
+
+    /// True where longitude and latitude are an affine function of grid coordinates, exactly.
+    #[must_use]
+    pub fn is_geographic(&self) -> bool {
+        matches!(self.to_geographic, ToGeographic::Affine { .. })
+    }
+
+    /// WGS84 longitude and latitude in degrees. Longitudes are continuous over the raster: the westernmost is in
+    /// −180 … 180, and those to the east of the antimeridian exceed 180.
+    #[must_use]
+    pub fn geographic(&self, grid: DVec2) -> DVec2 {
+        match &self.to_geographic {
+            ToGeographic::Affine { forward, .. } => forward.transform_point2(grid),
+            ToGeographic::Table(table) => table.forward(grid),
+        }
+    }
+
+    /// Grid coordinates of a WGS84 longitude and latitude; the longitude in the range of [`Self::geographic`].
+    #[must_use]
+    pub fn grid(&self, geographic: DVec2) -> DVec2 {
+        match &self.to_geographic {
+            ToGeographic::Affine { inverse, .. } => inverse.transform_point2(geographic),
+            ToGeographic::Table(table) => table.inverse(geographic),
+        }
+    }
+
+    /// Length on the ellipsoid, in metres, of a step of one column and of one row.
+    #[must_use]
+    pub fn cell_metres(&self, grid: DVec2) -> DVec2 {
+        let degrees = match &self.to_geographic {
+            ToGeographic::Affine { forward, .. } => forward.matrix2,
+            ToGeographic::Table(table) => table.jacobian(grid),
+        };
+        let metres_per_degree = metres_per_degree(self.geographic(grid).y);
+        let length = |step: DVec2| (step * metres_per_degree).length();
+        DVec2::new(length(degrees.x_axis), length(degrees.y_axis))
+    }
+
+    /// West, south, east, north of the samples, in degrees; found along the raster's edge.
+    #[must_use]
+    pub fn geographic_bounds(&self) -> [f64; 4] {
+        let edge: Vec<DVec2> = match self.to_geographic {
+            ToGeographic::Affine { .. } => corners(self.columns, self.rows).to_vec(),
+            ToGeographic::Table(_) => edge(self.columns, self.rows).collect(),
+        };
+        let (low, high) = edge
+            .into_iter()
+            .map(|grid| self.geographic(grid))
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| {
+                (low.min(point), high.max(point))
+            });
+        [low.x, low.y, high.x, high.y]
+    }
+}
+
+/// Metres along a degree of longitude and of latitude at a latitude in degrees: the radii of curvature in the prime
+/// vertical and in the meridian of the WGS84 ellipsoid.
+fn metres_per_degree(latitude: f64) -> DVec2 {
+    let (sine, cosine) = latitude.to_radians().sin_cos();
+    let root = (1.0 - ECCENTRICITY_SQUARED * sine * sine).sqrt();
+    let prime_vertical = SEMI_MAJOR / root;
+    let meridian = prime_vertical * (1.0 - ECCENTRICITY_SQUARED) / (root * root);
+    DVec2::new(prime_vertical * cosine, meridian) * 1.0_f64.to_radians()
+}
+
+/// The multiple of 360° to take from longitudes so that `west` comes to lie in −180 … 180.
+fn whole_turns(west: f64) -> f64 {
+    ((west + 180.0 + SAME_DEGREES) / 360.0).floor() * 360.0
+}
+
+fn same_degrees(to_crs: &DAffine2, probes: &[DVec2], geographic: &[DVec2]) -> bool {
+    probes.iter().zip(geographic).all(|(&grid, &point)| {
+        let difference = to_crs.transform_point2(grid) - point;
+        let turns = (difference.x / 360.0).round() * 360.0;
+        (difference - DVec2::new(turns, 0.0)).abs().max_element() < SAME_DEGREES
+    })
+}
+
+fn probes(columns: usize, rows: usize) -> Vec<DVec2> {
+    let last = DVec2::new((columns - 1) as f64, (rows - 1) as f64);
+    let fraction = |index: usize| index as f64 / (PROBES - 1) as f64;
+    (0..PROBES * PROBES)
+        .map(|index| last * DVec2::new(fraction(index % PROBES), fraction(index / PROBES)))
+        .collect()
+}
+
+fn corners(columns: usize, rows: usize) -> [DVec2; 4] {
+    let (right, bottom) = ((columns - 1) as f64, (rows - 1) as f64);
+    [(0.0, 0.0), (right, 0.0), (right, bottom), (0.0, bottom)].map(DVec2::from)
+}
+
+/// Every sample along the four sides of the raster.
+fn edge(columns: usize, rows: usize) -> impl Iterator<Item = DVec2> {
+    let (right, bottom) = ((columns - 1) as f64, (rows - 1) as f64);
+    let sideways = (0..columns).flat_map(move |column| [0.0, bottom].map(|row| DVec2::new(column as f64, row)));
+    let downwards = (0..rows).flat_map(move |row| [0.0, right].map(|column| DVec2::new(column, row as f64)));
+    sideways.chain(downwards)
+}
+
+#[cfg(test)]
+#[path = "georeference_tests.rs"]
+mod tests;

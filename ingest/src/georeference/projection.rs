@@ -1,0 +1,74 @@
+//! The one place that talks to PROJ.
+
+use std::ptr;
+use std::sync::Once;
+
+use glam::{DAffine2, DVec2};
+use proj::{Area, Proj};
+
+use super::{Crs, GeoReferenceError};
+
+/// A transformation from a coordinate reference system to WGS84 longitude and latitude in degrees.
+pub(super) struct Projection {
+    proj: Proj,
+}
+
+impl Projection {
+    /// `area` (see [`area`]) helps PROJ to choose among datum shifts for the whole raster, instead of point by point.
+    pub(super) fn new(crs: &Crs, area: Option<Area>) -> Result<Self, GeoReferenceError> {
+        silence();
+        Proj::new_known_crs(&crs.definition, "EPSG:4326", area)
+            .map(|proj| Self { proj })
+            .map_err(|error| GeoReferenceError::NoTransformation {
+                crs: crs.name.clone(),
+                reason: error.to_string(),
+            })
+    }
+
+    /// Longitude (in −180 … 180) and latitude at grid coordinates.
+    pub(super) fn to_geographic(&self, to_crs: &DAffine2, grid: DVec2) -> Result<DVec2, GeoReferenceError> {
+        let untransformable = |reason: String| GeoReferenceError::Untransformable {
+            column: grid.x,
+            row: grid.y,
+            reason,
+        };
+        let point = to_crs.transform_point2(grid);
+        let (longitude, latitude) = self
+            .proj
+            .convert((point.x, point.y))
+            .map_err(|error| untransformable(error.to_string()))?;
+        let geographic = DVec2::new(longitude, latitude);
+        if !geographic.is_finite() {
+            return Err(untransformable("it is outside of the projection".to_owned()));
+        }
+        Ok(geographic)
+    }
+
+    /// [`Self::to_geographic`] of many points.
+    pub(super) fn all_to_geographic(&self, to_crs: &DAffine2, grid: &[DVec2]) -> Result<Vec<DVec2>, GeoReferenceError> {
+        grid.iter().map(|&point| self.to_geographic(to_crs, point)).collect()
+    }
+
+    /// Whether the transformation that was used last lacks the datum shift, for want of a grid or of knowledge.
+    pub(super) fn is_ballpark(&self) -> bool {
+        let description = self.proj.proj_info().description.unwrap_or_default();
+        description.to_lowercase().contains("ballpark")
+    }
+}
+
+/// Keeps PROJ from printing to standard error; what goes wrong comes back as errors.
+fn silence() {
+    static ONCE: Once = Once::new();
+    // SAFETY: the null context is PROJ's default one, whose log level new contexts inherit. `Once` keeps this to one
+    // thread, before any other context is made here.
+    ONCE.call_once(|| unsafe {
+        proj_sys::proj_log_level(ptr::null_mut(), proj_sys::PJ_LOG_LEVEL_PJ_LOG_NONE);
+    });
+}
+
+/// The rectangle of longitudes and latitudes around `points`, if it does not cross the antimeridian.
+pub(super) fn area(points: &[DVec2]) -> Option<Area> {
+    let low = points.iter().copied().reduce(DVec2::min)?;
+    let high = points.iter().copied().reduce(DVec2::max)?;
+    (high.x - low.x < 180.0).then(|| Area::new(low.x, low.y, high.x, high.y))
+}

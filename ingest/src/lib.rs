@@ -1,0 +1,21 @@
+//! From elevation rasters to an archive of progressive terrain tiles: reading, positions on the Earth, and the build.
+
+mod border;
+mod certify;
+pub mod georeference;
+pub mod height_grid;
+mod lattice;
+mod leaf;
+mod memory;
+mod node;
+pub mod progress;
+pub mod pyramid;
+pub mod raster;
+pub mod tin;
+pub mod verify;
+
+pub use georeference::GeoReference;
+pub use height_grid::HeightGrid;
+pub use memory::peak_memory;
+pub use progress::Progress;
+pub use raster::{ReadError, ReadOptions};

@@ -1,0 +1,34 @@
+//! The command line `terrain-ingest`: parses, calls the library, prints, and turns failures into exit codes.
+
+mod cli;
+mod commands;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Why the program ends without success.
+enum Failure {
+    /// A file or an option that cannot be used: exit code 2.
+    Input(anyhow::Error),
+    /// A claim that does not hold, already told on standard output: exit code 1.
+    Violation,
+    /// Anything else, like a full disk: exit code 1.
+    Other(anyhow::Error),
+}
+
+fn main() -> ExitCode {
+    match commands::run(cli::Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Violation) => ExitCode::from(1),
+        Err(Failure::Input(error)) => fail(&error, 2),
+        Err(Failure::Other(error)) => fail(&error, 1),
+    }
+}
+
+/// One line, causes after colons.
+fn fail(error: &anyhow::Error, code: u8) -> ExitCode {
+    let message = format!("{error:#}");
+    eprintln!("error: {}", message.split_whitespace().collect::<Vec<_>>().join(" "));
+    ExitCode::from(code)
+}

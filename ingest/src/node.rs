@@ -1,0 +1,246 @@
+//! One tile of the pyramid: from its finest mesh to its levels, certified, and to the coarsest mesh its parent gets.
+//!
+//! ```text
+//! kinds of vertices ← where they lie: side, inner line of the strip, outline, inside
+//! for each side:  collapse what the parent's side leaves out          one band each, first in the log
+//! for each rung of the ladder from the zoom's error to twice that:    one band each
+//!     collapse what the tolerance allows
+//! partition ← log;  error of each level ← measured on the Earth
+//! ```
+
+use std::collections::{HashMap, HashSet};
+
+use anyhow::{Context, Result, bail};
+use glam::{DVec2, DVec3};
+use terrain_core::reference::{Bound, Reference};
+use terrain_core::simplify::{Allowance, Shape, Simplifier, VertexKind};
+use terrain_core::{Mesh, SurfacePartition};
+use terrain_tiles::address::Side;
+use terrain_tiles::codec;
+use terrain_tiles::ellipsoid::Geodetic;
+use terrain_tiles::tile::{Detail, Tile};
+
+use crate::border::BorderCurve;
+use crate::certify;
+use crate::height_grid::HeightGrid;
+use crate::lattice::{Lattice, STRIP, Square};
+use crate::leaf;
+
+/// Share of a tolerance that the simplifier uses; the rest is for what its model of the Earth leaves out.
+pub(crate) const MODEL_SHARE: f64 = 0.985;
+/// Bands between a zoom's error and twice that.
+const RUNGS: i32 = 2;
+/// No triangle is lower than this in plan, lattice units.
+const LEAST_ALTITUDE: f64 = 2.0;
+/// Mean radius of the Earth, metres.
+const EARTH_RADIUS: f64 = 6_371_000.0;
+
+/// What all tiles of a build share.
+pub(crate) struct Build<'a> {
+    pub(crate) grid: &'a HeightGrid,
+    pub(crate) lattice: Lattice,
+    pub(crate) bound: Bound,
+}
+
+/// A finest mesh and what is claimed of it so far.
+pub(crate) struct Finest {
+    pub(crate) mesh: Mesh,
+    /// Metres that the outline may stray from the raster's.
+    pub(crate) outline_error: f64,
+}
+
+/// A finished tile.
+pub(crate) struct Node {
+    pub(crate) square: Square,
+    pub(crate) bytes: Vec<u8>,
+    /// The coarsest surface, in this tile's lattice coordinates.
+    pub(crate) coarsest: Mesh,
+    pub(crate) finest_error: f64,
+    pub(crate) coarsest_error: f64,
+    pub(crate) outline_error: f64,
+    pub(crate) triangles: usize,
+    pub(crate) heights: [f64; 2],
+}
+
+impl Build<'_> {
+    pub(crate) fn shape(&self) -> Shape {
+        Shape { height_step: self.lattice.height_step(), least_altitude: LEAST_ALTITUDE }
+    }
+
+    /// Makes a tile of its finest mesh; `tolerance` is the zoom's error in metres.
+    ///
+    /// # Errors
+    /// When a side's vertex cannot be collapsed, or the tile does not fit the format.
+    pub(crate) fn node(
+        &self,
+        square: Square,
+        reference: &Reference,
+        finest: Finest,
+        sides: [&BorderCurve; 4],
+        tolerance: f64,
+    ) -> Result<Node> {
+        let kinds = kinds(&finest.mesh, self.lattice.extent(square.zoom));
+        let mut simplifier = Simplifier::new(&finest.mesh, kinds, reference, self.shape());
+        self.collapse_sides(&mut simplifier, square, &finest.mesh, sides)?;
+        let mut strays = vec![0.0; Side::ALL.len()];
+        for rung in 1..=RUNGS {
+            let error = tolerance * (f64::from(rung) / f64::from(RUNGS)).exp2();
+            let outline = (error - finest.outline_error).max(0.0);
+            simplifier.simplify(Allowance { vertical: error * MODEL_SHARE, outline });
+            strays.push(simplifier.outline_strayed());
+        }
+        let partition = SurfacePartition::from_log(&finest.mesh, simplifier.log(), 0.0)?;
+        let outline_errors = strays.iter().rev().chain([&0.0]).map(|stray| stray + finest.outline_error).collect();
+        let tile = Tile {
+            address: square.address(),
+            extent_bits: self.lattice.extent_bits(square.zoom),
+            height_exponent: self.lattice.height_exponent,
+            partition,
+            outline_errors,
+        };
+        self.finish(square, self.certified(square, tile))
+    }
+
+    fn finish(&self, square: Square, tile: Tile) -> Result<Node> {
+        let bytes = codec::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
+        let levels = &tile.partition.levels;
+        let finest = tile.surface(tile.finest());
+        let heights = finest.positions.iter().map(|position| position.z);
+        Ok(Node {
+            square,
+            bytes,
+            coarsest: tile.surface(tile.coarsest()),
+            finest_error: f64::from(codec::rounded_up(levels[levels.len() - 1].error)),
+            coarsest_error: f64::from(codec::rounded_up(levels[0].error)),
+            outline_error: f64::from(codec::rounded_up(tile.outline_errors[0])),
+            triangles: finest.triangles.len(),
+            heights: [heights.clone().fold(f64::INFINITY, f64::min), heights.fold(f64::NEG_INFINITY, f64::max)],
+        })
+    }
+
+    fn collapse_sides(
+        &self,
+        simplifier: &mut Simplifier,
+        square: Square,
+        mesh: &Mesh,
+        sides: [&BorderCurve; 4],
+    ) -> Result<()> {
+        let key = |p: DVec2| [p.x as i64, p.y as i64];
+        let numbers: HashMap<[i64; 2], u32> =
+            (0_u32..).zip(&mesh.positions).map(|(number, position)| (key(position.truncate()), number)).collect();
+        let extent = self.lattice.extent(square.zoom) as f64;
+        for (side, curve) in Side::ALL.into_iter().zip(sides).rev() {
+            let start = leaf::side_start(self.lattice, square, side);
+            for run in leaf::own_runs(curve, side) {
+                let vertex = |(along, _, is_coarse): (i64, f64, bool)| {
+                    let at = leaf::on_side(side, (along - start) as f64, extent);
+                    numbers.get(&key(at)).map(|&number| (number, is_coarse))
+                };
+                let vertices: Option<Vec<(u32, bool)>> = run.vertices().map(vertex).collect();
+                let vertices = vertices
+                    .with_context(|| format!("tile {}: a vertex of its {side:?} side is missing", square.address()))?;
+                collapse_between(simplifier, &vertices)
+                    .with_context(|| format!("tile {}, {side:?} side", square.address()))?;
+            }
+            simplifier.close_band(0.0);
+        }
+        Ok(())
+    }
+
+    /// Fills in the error of every level: measured, and never smaller than that of a finer one.
+    fn certified(&self, square: Square, mut tile: Tile) -> Tile {
+        let interior = tile.interior_levels();
+        let full = self.error_of(square, &tile.surface(tile.finest()));
+        let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
+        let mut error = full;
+        let count = tile.partition.levels.len();
+        let mut outline = tile.outline_errors[count - 1] + bulge(&tile.surface(tile.finest()));
+        tile.partition.levels[count - 1].error = full;
+        tile.outline_errors[count - 1] = outline;
+        for level in (0..interior).rev() {
+            let mesh = tile.surface(Detail { interior: level, fine_sides: [false; 4] });
+            error = self.error_of(square, &mesh).max(error);
+            outline = outline.max(tile.outline_errors[level] + bulge(&mesh));
+            let last = if level + 1 == interior { count - 1 } else { level + 1 };
+            for index in level..last {
+                tile.partition.levels[index].error = error;
+                tile.outline_errors[index] = outline;
+            }
+        }
+        tile
+    }
+
+    fn error_of(&self, square: Square, mesh: &Mesh) -> f64 {
+        certify::vertical_error(mesh, |position| self.geodetic(square, position), self.grid, self.bound)
+    }
+
+    pub(crate) fn geodetic(&self, square: Square, position: DVec3) -> Geodetic {
+        let at = self.lattice.geographic(position.truncate() + self.lattice.origin(square));
+        Geodetic { longitude: at.x, latitude: at.y, height: position.z }
+    }
+
+    /// How far, in metres, edges of the outline that are straight in space bulge from straight ones on the map.
+    fn outline_bulge(&self, square: Square, mesh: &Mesh) -> f64 {
+        let extent = self.lattice.extent(square.zoom) as f64;
+        let sides = leaf::frame(self.lattice, square);
+        let bulges = boundary_edges(&mesh.triangles).into_iter().filter_map(|(a, b)| {
+            let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize]);
+            if sides.along_side(a.truncate(), b.truncate()) || extent == 0.0 {
+                return None;
+            }
+            let [from, to] = [a, b].map(|p| self.geodetic(square, p));
+            let latitude = from.latitude.abs().max(to.latitude.abs()).min(89.9).to_radians();
+            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * EARTH_RADIUS;
+            let north = (to.latitude - from.latitude).to_radians() * EARTH_RADIUS;
+            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * EARTH_RADIUS))
+        });
+        bulges.fold(0.0, f64::max)
+    }
+}
+
+/// Collapses the vertices that are not coarse, from both ends of each gap towards its middle.
+fn collapse_between(simplifier: &mut Simplifier, vertices: &[(u32, bool)]) -> Result<()> {
+    let kept: Vec<usize> = (0..vertices.len()).filter(|&index| vertices[index].1).collect();
+    for pair in kept.windows(2) {
+        let (mut first, mut last) = (pair[0], pair[1]);
+        while first + 1 < last {
+            let [left, right] = [vertices[pair[0]].0, vertices[pair[1]].0];
+            if simplifier.collapse_border(vertices[first + 1].0, left) {
+                first += 1;
+            } else if simplifier.collapse_border(vertices[last - 1].0, right) {
+                last -= 1;
+            } else {
+                let at = simplifier.position(vertices[first + 1].0);
+                bail!("the vertex at lattice position {}, {} cannot be collapsed", at.x, at.y);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What each vertex of a tile may do, by where it lies. Outlines inside the square are the simplifier's to find.
+pub(crate) fn kinds(mesh: &Mesh, extent: i64) -> Vec<VertexKind> {
+    let (extent, width) = (extent as f64, STRIP as f64);
+    let outline: HashSet<u32> = boundary_edges(&mesh.triangles).into_iter().flat_map(|(a, b)| [a, b]).collect();
+    let kind = |(number, position): (u32, &DVec3)| {
+        let from_side = [position.x, position.y].map(|coordinate| coordinate.min(extent - coordinate));
+        let [on_column, on_row] = from_side.map(|distance| distance == width);
+        let nearest = from_side[0].min(from_side[1]);
+        match (on_column, on_row) {
+            _ if nearest == 0.0 => VertexKind::Border,
+            _ if nearest <= width && outline.contains(&number) => VertexKind::Fixed,
+            (true, true) => VertexKind::Fixed,
+            (true, false) => VertexKind::OnColumn,
+            (false, true) => VertexKind::OnRow,
+            (false, false) => VertexKind::Free,
+        }
+    };
+    (0..).zip(&mesh.positions).map(kind).collect()
+}
+
+/// Edges that one triangle alone has.
+fn boundary_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32)> {
+    let edges = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
+    let all: HashSet<(u32, u32)> = triangles.iter().flat_map(edges).collect();
+    triangles.iter().flat_map(edges).filter(|&(a, b)| !all.contains(&(b, a))).collect()
+}

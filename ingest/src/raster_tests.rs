@@ -1,0 +1,354 @@
+#![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use std::fs;
+
+use exr::prelude::{AnyChannel, AnyChannels, Encoding, Layer, LayerAttributes};
+use exr::prelude::{FlatSamples, Image, WritableImage};
+use gdal::raster::{Buffer, GdalType};
+use gdal::spatial_ref::SpatialRef;
+use gdal::{Dataset, DriverManager, Metadata};
+use glam::DVec2;
+use tempfile::TempDir;
+
+use super::*;
+
+/// A folder with rasters for one test.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        gdal_file::prepare_gdal();
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// A GeoTIFF in EPSG:4326, `columns` wide, with half-degree pixels from 10° east, 50° north; `change` may alter it.
+    fn tiff<T: GdalType + Copy>(
+        &self,
+        name: &str,
+        columns: usize,
+        values: &[T],
+        change: impl FnOnce(&mut Dataset),
+    ) -> PathBuf {
+        let path = self.path(name);
+        let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+        let rows = values.len() / columns;
+        let mut dataset = driver.create_with_band_type::<T, _>(&path, columns, rows, 1).unwrap();
+        dataset.set_geo_transform(&[10.0, 0.5, 0.0, 50.0, 0.0, -0.5]).unwrap();
+        dataset.set_spatial_ref(&SpatialRef::from_epsg(4326).unwrap()).unwrap();
+        change(&mut dataset);
+        let mut buffer = Buffer::new((columns, rows), values.to_vec());
+        dataset
+            .rasterband(1)
+            .unwrap()
+            .write((0, 0), (columns, rows), &mut buffer)
+            .unwrap();
+        path
+    }
+}
+
+fn read_one(path: PathBuf) -> Result<HeightGrid, ReadError> {
+    read(&[path], &ReadOptions::default())
+}
+
+fn assert_heights(grid: &HeightGrid, expected: &[f32]) {
+    assert_eq!(grid.heights.len(), expected.len());
+    for (index, (height, expected)) in grid.heights.iter().zip(expected).enumerate() {
+        assert!(
+            height == expected || height.is_nan() && expected.is_nan(),
+            "{index}: {height}, not {expected}"
+        );
+    }
+}
+
+#[test]
+fn samples_are_at_pixel_centres() {
+    let folder = Folder::new();
+    let grid = read_one(folder.tiff("a.tif", 3, &[1_i16, 2, 3, 4, 5, 6], |_| {})).unwrap();
+    assert_eq!((grid.columns, grid.rows), (3, 2));
+    assert_eq!(grid.georeference.geographic(DVec2::ZERO), DVec2::new(10.25, 49.75));
+    assert_eq!(
+        grid.georeference.geographic(DVec2::new(2.0, 1.0)),
+        DVec2::new(11.25, 49.25)
+    );
+    assert_eq!(grid.height(2, 1), 6.0);
+    assert_eq!(
+        (grid.vertical_datum.as_str(), grid.georeference.crs_name()),
+        ("unspecified", "EPSG:4326")
+    );
+    assert_eq!(grid.files, ["a.tif"]);
+}
+
+#[test]
+fn a_pixel_is_point_file_has_its_samples_at_the_same_places() {
+    let folder = Folder::new();
+    let as_point = |dataset: &mut Dataset| dataset.set_metadata_item("AREA_OR_POINT", "Point", "").unwrap();
+    let grid = read_one(folder.tiff("a.tif", 2, &[1_i16, 2, 3, 4], as_point)).unwrap();
+    // GDAL writes the tie point half a pixel off for such files, and takes the half back when it reads.
+    assert_eq!(grid.georeference.geographic(DVec2::ZERO), DVec2::new(10.25, 49.75));
+}
+
+#[test]
+fn nodata_is_void_however_it_is_said() {
+    let folder = Folder::new();
+    let nodata = |value: f64| {
+        move |dataset: &mut Dataset| dataset.rasterband(1).unwrap().set_no_data_value(Some(value)).unwrap()
+    };
+    let void = f32::NAN;
+    let tagged = folder.tiff("tag.tif", 2, &[1_i16, -32768, 3, 4], nodata(-32768.0));
+    assert_heights(&read_one(tagged).unwrap(), &[1.0, void, 3.0, 4.0]);
+    let float = folder.tiff(
+        "float.tif",
+        2,
+        &[1.5_f32, f32::MIN, f32::NAN, 4.0],
+        nodata(f64::from(f32::MIN)),
+    );
+    assert_heights(&read_one(float).unwrap(), &[1.5, void, void, 4.0]);
+    let undeclared = folder.tiff("wild.tif", 2, &[1.5_f32, f32::INFINITY, 1e38, -1e5], |_| {});
+    assert_heights(&read_one(undeclared).unwrap(), &[1.5, void, void, void]);
+    let zero = folder.tiff("zero.tif", 2, &[0_u8, 7, 0, 9], nodata(0.0));
+    assert_heights(&read_one(zero).unwrap(), &[void, 7.0, void, 9.0]);
+}
+
+#[test]
+fn scale_offset_and_unit_make_metres() {
+    let folder = Folder::new();
+    let scaled = folder.tiff("scaled.tif", 2, &[10_i16, 20, -32768, 0], |dataset| {
+        let mut band = dataset.rasterband(1).unwrap();
+        band.set_scale(0.5).unwrap();
+        band.set_offset(-100.0).unwrap();
+        band.set_no_data_value(Some(-32768.0)).unwrap();
+    });
+    assert_heights(&read_one(scaled).unwrap(), &[-95.0, -90.0, f32::NAN, -100.0]);
+    assert_eq!(units::metres_in("US survey foot"), Some(1200.0 / 3937.0));
+    assert_eq!(units::metres_in(" FT "), Some(0.3048));
+    assert_eq!(units::metres_in("metre"), Some(1.0));
+    assert_eq!(units::metres_in("furlong"), None);
+}
+
+#[test]
+fn files_side_by_side_become_one_grid_with_gaps_void() {
+    let folder = Folder::new();
+    let at =
+        |x: f64, y: f64| move |dataset: &mut Dataset| dataset.set_geo_transform(&[x, 0.5, 0.0, y, 0.0, -0.5]).unwrap();
+    let west = folder.tiff("west.tif", 2, &[1_i16, 2, 3, 4], at(10.0, 50.0));
+    let east = folder.tiff("east.tif", 2, &[20_i16, 5, 40, 6], at(10.5, 49.5));
+    let grid = read(&[west, east], &ReadOptions::default()).unwrap();
+    let void = f32::NAN;
+    assert_eq!((grid.columns, grid.rows), (3, 3));
+    assert_heights(&grid, &[1.0, 2.0, void, 3.0, 4.0, 5.0, void, 40.0, 6.0]);
+    assert_eq!(grid.georeference.geographic(DVec2::ZERO), DVec2::new(10.25, 49.75));
+}
+
+#[test]
+fn files_across_the_antimeridian_are_neighbours() {
+    let folder = Folder::new();
+    let at = |x: f64| move |dataset: &mut Dataset| dataset.set_geo_transform(&[x, 0.5, 0.0, 5.0, 0.0, -0.5]).unwrap();
+    let west = folder.tiff("west.tif", 2, &[1_i16, 2, 3, 4], at(179.0));
+    let east = folder.tiff("east.tif", 2, &[5_i16, 6, 7, 8], at(-180.0));
+    for (paths, heights) in [
+        ([west.clone(), east.clone()], [1.0, 2.0, 5.0, 6.0, 3.0, 4.0, 7.0, 8.0]),
+        ([east, west], [1.0, 2.0, 5.0, 6.0, 3.0, 4.0, 7.0, 8.0]),
+    ] {
+        let grid = read(&paths, &ReadOptions::default()).unwrap();
+        assert_heights(&grid, &heights);
+        assert_eq!(grid.georeference.geographic_bounds(), [179.25, 4.25, 180.75, 4.75]);
+    }
+}
+
+#[test]
+fn files_that_share_no_lattice_are_refused() {
+    let folder = Folder::new();
+    let with = |transform: [f64; 6]| move |dataset: &mut Dataset| dataset.set_geo_transform(&transform).unwrap();
+    let values = [1_i16, 2, 3, 4];
+    let first = folder.tiff("first.tif", 2, &values, |_| {});
+    let shifted = folder.tiff("shifted.tif", 2, &values, with([11.01, 0.5, 0.0, 50.0, 0.0, -0.5]));
+    let finer = folder.tiff("finer.tif", 2, &values, with([11.0, 0.25, 0.0, 50.0, 0.0, -0.5]));
+    let southward = folder.tiff("south.tif", 2, &values, with([11.0, 0.5, 0.0, 49.0, 0.0, 0.5]));
+    let other = folder.tiff("other.tif", 2, &values, |dataset| {
+        dataset.set_spatial_ref(&SpatialRef::from_epsg(4269).unwrap()).unwrap();
+    });
+    for (path, reason) in [
+        (shifted, "0.020 cells off"),
+        (finer, "size"),
+        (southward, "size"),
+        (other, "EPSG:4269"),
+    ] {
+        let error = read(&[first.clone(), path], &ReadOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("does not fit") && error.contains(reason), "{error}");
+    }
+}
+
+#[test]
+fn every_kind_of_unusable_raster_has_its_message() {
+    let folder = Folder::new();
+    let junk = folder.path("junk.tif");
+    fs::write(&junk, b"II*\0 this is no raster").unwrap();
+    let values = [1_i16, 2, 3, 4];
+    let nodata = |dataset: &mut Dataset| dataset.rasterband(1).unwrap().set_no_data_value(Some(7.0)).unwrap();
+    let cases = [
+        (junk, "cannot be read"),
+        (folder.path("absent.tif"), "No such file"),
+        (folder.0.path().to_owned(), "not a file"),
+        (PathBuf::from("/vsizip/a.zip/b.tif"), "refused"),
+        (PathBuf::from("<VRTDataset/>"), "refused"),
+        (folder.tiff("thin.tif", 1, &values, |_| {}), "1 × 4 samples"),
+        (folder.tiff("void.tif", 2, &[7_i16; 4], nodata), "every sample is void"),
+        (bare(&folder, "bare.tif"), "no coordinate reference system; pass --crs"),
+    ];
+    for (path, message) in cases {
+        let error = read_one(path).unwrap_err().to_string();
+        assert!(error.contains(message) && error.lines().count() == 1, "{error}");
+    }
+    assert!(matches!(read(&[], &ReadOptions::default()), Err(ReadError::NoFile)));
+}
+
+/// A TIFF without a reference system and position.
+fn bare(folder: &Folder, name: &str) -> PathBuf {
+    let path = folder.path(name);
+    let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+    let dataset = driver.create_with_band_type::<f32, _>(&path, 4, 2, 1).unwrap();
+    let mut buffer = Buffer::new((4, 2), vec![1.0_f32, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+    dataset
+        .rasterband(1)
+        .unwrap()
+        .write((0, 0), (4, 2), &mut buffer)
+        .unwrap();
+    path
+}
+
+#[test]
+fn the_caller_can_say_where_a_raster_is() {
+    let folder = Folder::new();
+    let path = bare(&folder, "bare.tif");
+    let options = ReadOptions {
+        crs: Some("EPSG:4326".to_owned()),
+        bounds: Some([-8.0, 1.0, -4.0, 2.0]),
+        ..ReadOptions::default()
+    };
+    let grid = read(&[path.clone()], &options).unwrap();
+    assert_eq!(grid.georeference.geographic_bounds(), [-7.5, 1.25, -4.5, 1.75]);
+    let without_bounds = ReadOptions {
+        bounds: None,
+        ..options.clone()
+    };
+    assert!(matches!(
+        read(&[path.clone()], &without_bounds),
+        Err(ReadError::NoPosition(_))
+    ));
+    let unordered = ReadOptions {
+        bounds: Some([8.0, 1.0, 4.0, 2.0]),
+        ..options.clone()
+    };
+    assert!(matches!(
+        read(&[path.clone()], &unordered),
+        Err(ReadError::BadBounds(_))
+    ));
+    let unknown = ReadOptions {
+        crs: Some("EPSG:999999".to_owned()),
+        ..options
+    };
+    assert!(matches!(read(&[path], &unknown), Err(ReadError::UnknownCrs(_))));
+}
+
+#[test]
+fn limits_hold_before_memory_is_taken() {
+    let folder = Folder::new();
+    let path = folder.tiff("a.tif", 3, &[1_i16, 2, 3, 4, 5, 6], |_| {});
+    let few_samples = Limits {
+        samples: 5,
+        ..Limits::default()
+    };
+    let small_blocks = Limits {
+        block_bytes: 11,
+        ..Limits::default()
+    };
+    for limits in [few_samples, small_blocks] {
+        let options = ReadOptions {
+            limits,
+            ..ReadOptions::default()
+        };
+        assert!(
+            matches!(read(&[path.clone()], &options), Err(ReadError::TooLarge { .. })),
+            "{limits:?}"
+        );
+    }
+    // Two small files far apart: the grid over both is what is too large.
+    let at = |dataset: &mut Dataset| dataset.set_geo_transform(&[110.0, 0.5, 0.0, 50.0, 0.0, -0.5]).unwrap();
+    let far = folder.tiff("far.tif", 3, &[1_i16, 2, 3, 4, 5, 6], at);
+    let limits = Limits {
+        samples: 300,
+        ..Limits::default()
+    };
+    let options = ReadOptions {
+        limits,
+        ..ReadOptions::default()
+    };
+    assert!(matches!(read(&[path, far], &options), Err(ReadError::TooLarge { .. })));
+}
+
+#[test]
+fn a_virtual_raster_cannot_make_gdal_read_other_files() {
+    let folder = Folder::new();
+    let path = folder.tiff("a.tif", 2, &[1_i16, 2, 3, 4], |_| {});
+    let source = path.display();
+    let vrt = format!(
+        r#"<VRTDataset rasterXSize="2" rasterYSize="2"><SRS>EPSG:4326</SRS><GeoTransform>0,1,0,0,0,-1</GeoTransform>
+        <VRTRasterBand dataType="Int16" band="1"><SimpleSource><SourceFilename>{source}</SourceFilename>
+        <SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>"#
+    );
+    for name in ["sly.vrt", "sly.tif"] {
+        fs::write(folder.path(name), &vrt).unwrap();
+        let error = read_one(folder.path(name)).unwrap_err();
+        assert!(matches!(error, ReadError::Unreadable { .. }), "{name}: {error}");
+    }
+}
+
+#[test]
+fn an_exr_height_map_is_read_where_the_caller_says_it_is() {
+    let folder = Folder::new();
+    let path = folder.path("a.exr");
+    let heights = FlatSamples::F32(vec![1.0, 2.0, 3.0, 4.0, f32::NAN, 6.25]);
+    let channels = AnyChannels::sort([AnyChannel::new("Z", heights)].into_iter().collect());
+    let layer = Layer::new(
+        (3, 2),
+        LayerAttributes::named("terrain"),
+        Encoding::FAST_LOSSLESS,
+        channels,
+    );
+    Image::from_layer(layer).write().to_file(&path).unwrap();
+    let options = ReadOptions {
+        crs: Some("EPSG:32631".to_owned()),
+        bounds: Some([500_000.0, 4_000_000.0, 500_030.0, 4_000_020.0]),
+        ..ReadOptions::default()
+    };
+    let grid = read(&[path.clone()], &options).unwrap();
+    assert_heights(&grid, &[1.0, 2.0, 3.0, 4.0, f32::NAN, 6.25]);
+    assert_eq!(
+        grid.georeference.crs_coordinates(DVec2::ZERO),
+        DVec2::new(500_005.0, 4_000_015.0)
+    );
+    assert!(matches!(read_one(path.clone()), Err(ReadError::NoCrs(_))));
+    let limits = Limits {
+        samples: 5,
+        ..Limits::default()
+    };
+    assert!(matches!(
+        read(
+            &[path.clone()],
+            &ReadOptions {
+                limits,
+                ..options.clone()
+            }
+        ),
+        Err(ReadError::TooLarge { .. })
+    ));
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 9]).unwrap();
+    assert!(matches!(read(&[path], &options), Err(ReadError::Unreadable { .. })));
+}

@@ -1,0 +1,280 @@
+//! Vertical deviation of a mesh from the reference surface: at posts, by the line through each post and the planes of
+//! the triangles; between them, along every edge of the mesh.
+//!
+//! Against a flat triangle a bilinear surface is a bilinear function again, so inside one cell and one triangle its
+//! extremes lie at posts, where mesh edges meet grid lines, at mesh vertices, and at one point of each piece of an edge
+//! between two grid lines, where the difference is a parabola.
+//!
+//! ```text
+//! for each edge: cut it into chunks of a few cells, a parabola through three feet being the path of a chunk
+//!     for each grid line the path crosses: find where, and correct it once against the true foot
+//!     for each piece between two such places: difference at both ends and the middle; at the top of their parabola
+//! ```
+
+use glam::{DVec2, DVec3};
+
+use super::reference::{Cell, Reference};
+use super::space::{Foot, Space};
+use super::surface::Surface;
+
+/// Posts this near to an edge, in units of the space, lie in the triangles on both sides.
+const ON_THE_EDGE: f64 = 1e-6;
+
+/// Cells that a chunk of an edge may span: short enough for a parabola to be its path to a thousandth of a cell.
+const CHUNK: f64 = 4.0;
+
+/// The largest figure met, and where.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Worst {
+    pub(super) figure: f64,
+    /// Grid position.
+    pub(super) place: DVec2,
+}
+
+impl Worst {
+    pub(super) fn meet(&mut self, figure: f64, place: DVec2) {
+        // A figure that is no number is worse than any.
+        let figure = if figure.is_nan() { f64::INFINITY } else { figure.abs() };
+        if figure > self.figure {
+            *self = Self { figure, place };
+        }
+    }
+
+    pub(super) fn max(self, other: Self) -> Self {
+        if other.figure > self.figure { other } else { self }
+    }
+}
+
+/// Calls `visit` for every post of the raster and every triangle over it with the deviation there: height of the
+/// mesh minus height of the post, along the vertical; `NaN` at voids.
+pub(super) fn visit_posts(
+    space: &impl Space,
+    reference: &Reference,
+    surface: &Surface,
+    mut visit: impl FnMut(usize, usize, f64),
+) {
+    for &triangle in &surface.triangles {
+        let footprint = surface.footprint(space, triangle);
+        let facet = Facet::new(surface.corners(triangle));
+        for row in footprint.rows(reference.grid.rows) {
+            for column in footprint.columns(row, reference.grid.columns) {
+                let height = reference.height(column, row);
+                let position = space.position(column, row, if height.is_finite() { height } else { 0.0 });
+                if let Some(above) = facet.height_above(position, space.vertical(column, row)) {
+                    visit(column, row, if height.is_finite() { above } else { f64::NAN });
+                }
+            }
+        }
+    }
+}
+
+/// A triangle with what every post asks of it.
+struct Facet {
+    corners: [DVec3; 3],
+    normal: DVec3,
+    tolerances: [f64; 3],
+}
+
+impl Facet {
+    fn new(corners: [DVec3; 3]) -> Self {
+        let [a, b, c] = corners;
+        let tolerances = [b - a, c - b, a - c].map(|edge| edge.length() * ON_THE_EDGE);
+        Self {
+            corners,
+            normal: (b - a).cross(c - a),
+            tolerances,
+        }
+    }
+
+    /// How far along `up` from `position` the triangle is, if the line meets it.
+    fn height_above(&self, position: DVec3, up: DVec3) -> Option<f64> {
+        let [a, b, c] = self.corners.map(|corner| corner - position);
+        let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| up.dot(from.cross(to)));
+        let all = |sign: f64| {
+            sides
+                .iter()
+                .zip(&self.tolerances)
+                .all(|(side, tolerance)| sign * side >= -tolerance)
+        };
+        let steepness = self.normal.dot(up);
+        let seen = steepness.abs() > 1e-12 * self.normal.length() && (all(1.0) || all(-1.0));
+        seen.then(|| self.normal.dot(a) / steepness)
+    }
+}
+
+/// The worst deviation along the edges of the mesh, its vertices among them.
+pub(super) fn along_edges(space: &impl Space, reference: &Reference, surface: &Surface) -> Worst {
+    let mut worst = Worst::default();
+    for foot in &surface.feet {
+        reference
+            .cells_at(foot.grid)
+            .for_each(|cell| worst.meet(foot.height - cell.height(foot.grid), foot.grid));
+    }
+    for ends in surface.edges() {
+        let edge = Edge::new(space, surface, ends);
+        for chunk in 0..edge.chunks {
+            edge.measure_chunk(reference, chunk, &mut worst);
+        }
+    }
+    worst
+}
+
+/// A straight edge of the mesh, by a parameter from 0 to 1.
+struct Edge<'a, S: Space> {
+    space: &'a S,
+    from: DVec3,
+    along: DVec3,
+    chunks: usize,
+}
+
+impl<'a, S: Space> Edge<'a, S> {
+    fn new(space: &'a S, surface: &Surface, ends: [u32; 2]) -> Self {
+        let [mut from, mut to] = ends.map(|end| surface.positions[end as usize]);
+        let [first, last] = ends.map(|end| surface.feet[end as usize].grid);
+        let along = to - from;
+        if space.is_singular(from) {
+            from += along * 1e-6;
+        }
+        if space.is_singular(to) {
+            to -= along * 1e-6;
+        }
+        let chunks = ((last - first).abs().max_element() / CHUNK).ceil().clamp(1.0, 1e6) as usize;
+        Self {
+            space,
+            from,
+            along: to - from,
+            chunks,
+        }
+    }
+
+    fn foot(&self, parameter: f64) -> Foot {
+        self.space.foot(self.from + self.along * parameter)
+    }
+
+    fn measure_chunk(&self, reference: &Reference, chunk: usize, worst: &mut Worst) {
+        let at = |part: f64| (chunk as f64 + part) / self.chunks as f64;
+        let (start, end) = (at(0.0), at(1.0));
+        let mut points = vec![(start, self.foot(start)), (end, self.foot(end))];
+        let middle = self.foot(at(0.5));
+        for axis in 0..2 {
+            let path = Path::through([points[0].1.grid[axis], middle.grid[axis], points[1].1.grid[axis]]);
+            for (part, line) in path.crossings() {
+                let parameter = at(part);
+                let foot = self.foot(parameter);
+                let correction = path.correction(part, line - foot.grid[axis]);
+                let corrected = at((part + correction).clamp(0.0, 1.0));
+                points.push(if correction == 0.0 {
+                    (parameter, foot)
+                } else {
+                    (corrected, self.foot(corrected))
+                });
+            }
+        }
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for piece in points.windows(2) {
+            self.measure_piece(reference, [piece[0], piece[1]], worst);
+        }
+    }
+
+    /// The difference on a piece inside one cell: at its ends, its middle, and the top of the parabola through them.
+    fn measure_piece(&self, reference: &Reference, ends: [(f64, Foot); 2], worst: &mut Worst) {
+        let [(start, first), (end, last)] = ends;
+        let middle = self.foot((start + end) / 2.0);
+        for cell in reference.cells_at(middle.grid) {
+            let differences = [first, middle, last].map(|foot| difference(&cell, foot));
+            for (foot, figure) in [first, middle, last].into_iter().zip(differences) {
+                worst.meet(figure, foot.grid);
+            }
+            let path = Path::through(differences);
+            // Worth a look only where the parabola comes near to the worst so far.
+            let top = path.turning_point().filter(|&part| path.value(part).abs() > 0.99 * worst.figure);
+            if let Some(part) = top {
+                let foot = self.foot(start + (end - start) * part);
+                worst.meet(difference(&cell, foot), foot.grid);
+            }
+        }
+    }
+}
+
+fn difference(cell: &Cell, foot: Foot) -> f64 {
+    foot.height - cell.height(foot.grid)
+}
+
+/// The parabola `constant + slope·s + bend·s²` over s from 0 to 1.
+#[derive(Clone, Copy, Debug)]
+struct Path {
+    constant: f64,
+    slope: f64,
+    bend: f64,
+}
+
+impl Path {
+    /// Through values at 0, ½ and 1.
+    fn through([start, middle, end]: [f64; 3]) -> Self {
+        let bend = 2.0 * (start + end) - 4.0 * middle;
+        Self {
+            constant: start,
+            slope: end - start - bend,
+            bend,
+        }
+    }
+
+    fn value(self, s: f64) -> f64 {
+        self.constant + s * (self.slope + s * self.bend)
+    }
+
+    /// Where it turns, if between the ends.
+    fn turning_point(self) -> Option<f64> {
+        let turn = -self.slope / (2.0 * self.bend);
+        (turn > 0.0 && turn < 1.0).then_some(turn)
+    }
+
+    /// Where it passes whole numbers, and which.
+    fn crossings(self) -> Vec<(f64, f64)> {
+        let turn = self.turning_point().unwrap_or(1.0);
+        // No path of a chunk crosses more; a wild one comes from points that are nowhere near the raster.
+        const MOST: usize = 64;
+        let mut crossings = Vec::new();
+        for (start, end) in [(0.0, turn), (turn, 1.0)] {
+            let (low, high) = (
+                self.value(start).min(self.value(end)),
+                self.value(start).max(self.value(end)),
+            );
+            let lines = low.ceil() as i64..=high.floor() as i64;
+            crossings.extend(
+                lines
+                    .take(MOST)
+                    .map(|line| (self.solve(line as f64, start, end), line as f64)),
+            );
+        }
+        crossings
+    }
+
+    /// Where it is `value` between `start` and `end`, on which it is monotone: by halving.
+    fn solve(self, value: f64, mut start: f64, mut end: f64) -> f64 {
+        let rises = self.value(end) > self.value(start);
+        for _ in 0..30 {
+            let middle = (start + end) / 2.0;
+            if (self.value(middle) < value) == rises {
+                start = middle
+            } else {
+                end = middle
+            }
+        }
+        (start + end) / 2.0
+    }
+
+    /// How far to go on from `s` to make up for `missing`: one step of Newton, none where it is flat or not needed.
+    fn correction(self, s: f64, missing: f64) -> f64 {
+        let step = missing / (self.slope + 2.0 * self.bend * s);
+        if missing.abs() > 1e-12 && step.abs() < 0.1 {
+            step
+        } else {
+            0.0
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "deviation_tests.rs"]
+mod tests;

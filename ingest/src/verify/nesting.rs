@@ -1,0 +1,56 @@
+//! A tile's coarsest surface must be its parent's finest over the same square, triangle for triangle and bit for bit.
+
+use std::collections::BTreeSet;
+
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::tile::{Detail, Tile};
+
+use super::report::Violation;
+use super::sides::{Node, node};
+
+/// A triangle that begins with its smallest corner.
+type NodeTriangle = [Node; 3];
+
+/// Compares `parent` with those of its children that exist.
+pub(super) fn check(parent: &Tile, children: &[Tile]) -> Vec<Violation> {
+    let of_parent = triangles(parent, parent.finest());
+    let mut violations = Vec::new();
+    let mut claimed = 0;
+    for child in children {
+        let of_child = triangles(child, child.coarsest());
+        claimed += of_child.len();
+        let strange = of_child.difference(&of_parent).count();
+        if strange > 0 {
+            let what = format!("{strange} triangles of its coarsest surface are not in its parent's finest");
+            violations.push(Violation::of_tile(what, child.address));
+        }
+    }
+    if violations.is_empty() && claimed != of_parent.len() {
+        let what = format!(
+            "{} triangles of its finest surface are in the coarsest of none of its children, or of two",
+            of_parent.len().abs_diff(claimed)
+        );
+        violations.push(Violation::of_tile(what, parent.address));
+    }
+    violations
+}
+
+/// Tiles of `exist` whose parent is not there.
+pub(super) fn orphans(exist: &BTreeSet<TileAddress>) -> Vec<Violation> {
+    let orphaned = exist
+        .iter()
+        .filter(|address| address.parent().is_some_and(|parent| !exist.contains(&parent)));
+    orphaned
+        .map(|&address| Violation::of_tile("has no parent in the archive", address))
+        .collect()
+}
+
+fn triangles(tile: &Tile, detail: Detail) -> BTreeSet<NodeTriangle> {
+    let mesh = tile.surface(detail);
+    let nodes: Vec<Node> = mesh.positions.iter().map(|&position| node(tile, position)).collect();
+    let turned = |[a, b, c]: NodeTriangle| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or([a, b, c]);
+    mesh.triangles
+        .iter()
+        .map(|corners| turned(corners.map(|corner| nodes[corner as usize])))
+        .collect()
+}

@@ -1,0 +1,74 @@
+// Free flight: WASD moves, Q and E sink and climb, dragging looks around, the wheel changes the speed.
+
+import * as THREE from "three";
+
+const RADIANS_PER_PIXEL = 0.004;
+const STEEPEST = Math.PI / 2 - 0.05;
+const SPEED_RANGE = [0.02, 50] as const;
+const FASTER_WITH_SHIFT = 4;
+
+/** Direction of each key in the camera's axes: right, forward, and up in the scene. */
+const DIRECTIONS: Readonly<Record<string, readonly [number, number, number]>> = {
+  KeyW: [0, 1, 0],
+  KeyS: [0, -1, 0],
+  KeyA: [-1, 0, 0],
+  KeyD: [1, 0, 0],
+  KeyQ: [0, 0, -1],
+  KeyE: [0, 0, 1],
+};
+
+/** Moves a camera whose scene has z up. */
+export class FlyControls {
+  enabled = false;
+  private readonly pressed = new Set<string>();
+  private speedFactor = 1;
+
+  /** `onChange` is called when input arrives that will move the camera. */
+  constructor(
+    private readonly camera: THREE.Camera,
+    element: HTMLElement,
+    private readonly onChange: () => void,
+  ) {
+    element.addEventListener("pointermove", (event) => event.buttons === 1 && this.look(event));
+    element.addEventListener("wheel", (event) => this.enabled && this.changeSpeed(event.deltaY), { passive: true });
+    window.addEventListener("keydown", (event) => this.press(event));
+    window.addEventListener("keyup", (event) => this.pressed.delete(event.code));
+    window.addEventListener("blur", () => this.pressed.clear());
+  }
+
+  /** Moves on for some seconds at `speed` metres a second; tells whether the camera moved. */
+  update(seconds: number, speed: number): boolean {
+    if (!this.enabled) return false;
+    const step = new THREE.Vector3();
+    for (const key of this.pressed) step.add(new THREE.Vector3(...(DIRECTIONS[key] ?? [0, 0, 0])));
+    if (step.lengthSq() === 0) return false;
+    const isFast = this.pressed.has("ShiftLeft") || this.pressed.has("ShiftRight");
+    step.multiplyScalar(seconds * speed * this.speedFactor * (isFast ? FASTER_WITH_SHIFT : 1));
+    const move = new THREE.Vector3(step.x, 0, -step.y).applyQuaternion(this.camera.quaternion);
+    this.camera.position.add(move).z += step.z;
+    return true;
+  }
+
+  private press(event: KeyboardEvent): void {
+    const isTyping = event.target instanceof HTMLSelectElement;
+    if (!this.enabled || isTyping || event.ctrlKey || event.metaKey) return;
+    this.pressed.add(event.code);
+    this.onChange();
+  }
+
+  private look(event: PointerEvent): void {
+    if (!this.enabled) return;
+    const angles = new THREE.Euler().setFromQuaternion(this.camera.quaternion, "ZXY");
+    angles.z += event.movementX * RADIANS_PER_PIXEL;
+    // In this order x is the angle up from straight down.
+    const pitch = angles.x + event.movementY * RADIANS_PER_PIXEL;
+    angles.x = THREE.MathUtils.clamp(pitch, Math.PI / 2 - STEEPEST, Math.PI / 2 + STEEPEST);
+    angles.y = 0;
+    this.camera.quaternion.setFromEuler(angles);
+    this.onChange();
+  }
+
+  private changeSpeed(wheel: number): void {
+    this.speedFactor = THREE.MathUtils.clamp(this.speedFactor * Math.exp(-wheel / 800), ...SPEED_RANGE);
+  }
+}

@@ -1,0 +1,67 @@
+// Levels of detail of a Surface Partition: which stored position each vertex is drawn at.
+
+import { interiorLevels, type Tile } from "./spt.ts";
+
+/** Which level of detail of a tile to draw. */
+export interface Detail {
+  /** Index of the interior level, 0 the coarsest. */
+  readonly interior: number;
+  /** Which of the sides west, south, east and north show their own zoom's vertices; needs the finest interior. */
+  readonly fineSides: readonly boolean[];
+}
+
+/** Finest interior, every side fine. */
+export function finestDetail(tile: Tile): Detail {
+  return { interior: interiorLevels(tile) - 1, fineSides: [true, true, true, true] };
+}
+
+/** What the parent tile shows of this square at its finest. */
+export const COARSEST_DETAIL: Detail = { interior: 0, fineSides: [false, false, false, false] };
+
+/** Whether a level is part of a level of detail. */
+function isSelected(tile: Tile, detail: Detail, level: number): boolean {
+  const side = level - interiorLevels(tile);
+  return side < 0 ? level <= detail.interior : detail.fineSides[side] === true;
+}
+
+/**
+ * For each vertex, the index into the tile's positions of the place it is drawn at. A vertex that is not in yet is at
+ * its representative's, which may itself have moved: a later vertex of the surface put it back where it had been.
+ */
+export function placesOf(tile: Tile, detail: Detail): Uint32Array {
+  const vertexCount = tile.representatives.length;
+  const roots = Uint32Array.from({ length: vertexCount }, (_, vertex) => vertex);
+  const current = Uint32Array.from(roots);
+  let vertex = 0;
+  tile.levels.forEach(({ vertexEnd }, level) => {
+    const selected = isSelected(tile, detail, level);
+    for (; vertex < vertexEnd; vertex++) {
+      const representative = tile.representatives[vertex]!;
+      if (!selected) {
+        roots[vertex] = roots[representative]!;
+      } else if (representative !== vertex) {
+        current[representative] = vertexCount + vertex;
+      }
+    }
+  });
+  return roots.map((root) => current[root]!);
+}
+
+/**
+ * How many triangles of the array hold all those of the level of detail. Those of sides left out in between have two
+ * corners at one place and draw nothing.
+ */
+export function drawnPrefix(tile: Tile, detail: Detail): number {
+  return tile.levels.reduce((end, level, index) => (isSelected(tile, detail, index) ? level.triangleEnd : end), 0);
+}
+
+/** How many triangles the level of detail has. */
+export function triangleCount(tile: Tile, detail: Detail): number {
+  let start = 0;
+  let count = 0;
+  tile.levels.forEach(({ triangleEnd }, index) => {
+    if (isSelected(tile, detail, index)) count += triangleEnd - start;
+    start = triangleEnd;
+  });
+  return count;
+}

@@ -1,0 +1,135 @@
+// GLSL of the terrain and of the sky. Colours are display-referred: what is written is what the screen shows.
+
+/** Texels in a row of the textures that hold one texel a vertex. */
+export const TEXTURE_WIDTH = 512;
+
+const SKY_COLOUR = /* glsl */ `
+  const vec3 HORIZON = vec3(0.80, 0.86, 0.90);
+  // Colour of the air in a direction, z up: pale at the horizon, blue above, slate below.
+  vec3 skyColour(vec3 direction) {
+    vec3 above = mix(HORIZON, vec3(0.25, 0.47, 0.74), pow(max(direction.z, 0.0), 0.55));
+    return mix(above, vec3(0.52, 0.59, 0.65), smoothstep(0.0, 0.45, -direction.z));
+  }
+`;
+
+/** Draws a vertex where its representative is; `blend` runs from the level shown before (0) to the present one (1). */
+export const TERRAIN_VERTEX = /* glsl */ `
+  uniform sampler2D positions;
+  uniform highp usampler2D places;
+  uniform float blend;
+  uniform float exaggeration;
+  uniform float baseHeight;
+  uniform float lift;
+  uniform vec3 earthCentre;
+  uniform vec3 axis;
+  out vec3 fromEye;
+  out float height;
+  #include <common>
+  #include <logdepthbuf_pars_vertex>
+
+  ivec2 texel(int index) {
+    return ivec2(index % ${TEXTURE_WIDTH}, index / ${TEXTURE_WIDTH});
+  }
+
+  // The ellipsoid's normal, from the Earth-centred position stretched along the axis by 1 / (1 - e^2) - 1.
+  vec3 upAt(vec3 position) {
+    vec3 radius = position - earthCentre;
+    return normalize(radius + axis * (dot(axis, radius) * 0.0067394967));
+  }
+
+  void main() {
+    uvec2 place = texelFetch(places, texel(gl_VertexID), 0).xy;
+    vec4 now = texelFetch(positions, texel(int(place.x)), 0);
+    vec4 before = texelFetch(positions, texel(int(place.y)), 0);
+    vec4 vertex = mix(before, now, blend);
+    height = vertex.w;
+    vec3 raised = vertex.xyz + upAt(vertex.xyz) * ((exaggeration - 1.0) * (height - baseHeight));
+    vec4 seen = modelViewMatrix * vec4(raised, 1.0);
+    fromEye = seen.xyz * mat3(viewMatrix);
+    // Towards the eye, so that lines lie on the surface without a change of place on the screen.
+    gl_Position = projectionMatrix * vec4(seen.xyz * lift, 1.0);
+    #include <logdepthbuf_vertex>
+  }
+`;
+
+/** Height tint, light on flat facets, contour lines and haze. */
+export const TERRAIN_FRAGMENT = /* glsl */ `
+  uniform vec2 heights;
+  uniform float contourInterval;
+  uniform float hazeDistance;
+  in vec3 fromEye;
+  in float height;
+  #include <common>
+  #include <logdepthbuf_pars_fragment>
+  ${SKY_COLOUR}
+  const vec3 SUN = vec3(-0.54, 0.44, 0.72);
+
+  vec3 tint(float share) {
+    vec3 colour = mix(vec3(0.24, 0.40, 0.27), vec3(0.45, 0.55, 0.33), smoothstep(0.0, 0.22, share));
+    colour = mix(colour, vec3(0.72, 0.68, 0.47), smoothstep(0.18, 0.45, share));
+    colour = mix(colour, vec3(0.58, 0.46, 0.36), smoothstep(0.42, 0.66, share));
+    colour = mix(colour, vec3(0.66, 0.63, 0.61), smoothstep(0.64, 0.82, share));
+    return mix(colour, vec3(0.97, 0.98, 1.0), smoothstep(0.82, 0.96, share));
+  }
+
+  // A line a pixel wide at each multiple of the interval, faded out where lines would crowd.
+  float contour() {
+    float steps = height / contourInterval;
+    float width = max(fwidth(steps), 1e-6);
+    float line = 1.0 - smoothstep(0.5, 1.5, abs(fract(steps + 0.5) - 0.5) / width);
+    return line * (1.0 - smoothstep(0.06, 0.22, width));
+  }
+
+  void main() {
+    #include <logdepthbuf_fragment>
+    vec3 normal = normalize(cross(dFdx(fromEye), dFdy(fromEye)));
+    float share = (height - heights.x) / max(heights.y - heights.x, 1.0);
+    vec3 ground = mix(vec3(0.47, 0.43, 0.39), tint(share), smoothstep(0.45, 0.80, normal.z));
+    bool isSea = height <= 0.0 && normal.z > 0.9999;
+    if (isSea) ground = vec3(0.26, 0.43, 0.54);
+    float sun = max(dot(normal, normalize(SUN)), 0.0);
+    vec3 light = vec3(0.40, 0.45, 0.53) * (0.65 + 0.35 * normal.z) + vec3(0.95, 0.88, 0.75) * sun;
+    vec3 colour = ground * light;
+    if (!isSea) colour *= 1.0 - 0.22 * contour();
+    float distance = length(fromEye);
+    float haze = 1.0 - exp(-pow(distance / hazeDistance, 1.6));
+    colour = mix(colour, skyColour(fromEye / distance), haze);
+    gl_FragColor = vec4(colour, 1.0);
+  }
+`;
+
+/** The edges of the triangles, fainter far away. */
+export const WIRE_FRAGMENT = /* glsl */ `
+  uniform float hazeDistance;
+  in vec3 fromEye;
+  in float height;
+  #include <common>
+  #include <logdepthbuf_pars_fragment>
+
+  void main() {
+    #include <logdepthbuf_fragment>
+    gl_FragColor = vec4(0.05, 0.09, 0.16, 0.55 * exp(-length(fromEye) / hazeDistance));
+  }
+`;
+
+/** One triangle over the whole view. */
+export const SKY_VERTEX = /* glsl */ `
+  out vec3 direction;
+
+  void main() {
+    vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+    vec3 ray = vec3(corner.x / projectionMatrix[0][0], corner.y / projectionMatrix[1][1], -1.0);
+    direction = ray * mat3(viewMatrix);
+    gl_Position = vec4(corner, 0.0, 1.0);
+  }
+`;
+
+/** The air, and a glow around the sun. */
+export const SKY_FRAGMENT = /* glsl */ `
+  in vec3 direction;
+  ${SKY_COLOUR}
+
+  void main() {
+    gl_FragColor = vec4(skyColour(normalize(direction)), 1.0);
+  }
+`;

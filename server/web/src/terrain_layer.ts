@@ -1,0 +1,160 @@
+// One tileset in the scene: selects, loads, shows, and blends from one level of detail to the next.
+
+import * as THREE from "three";
+import { keyOf, parentOf } from "./address.ts";
+import { Frame } from "./frame.ts";
+import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
+import { select, type Choice, type View } from "./select.ts";
+import type { TileMesh, SharedUniforms } from "./tile_mesh.ts";
+import { TileStore } from "./tile_store.ts";
+import type { Tileset } from "./tileset.ts";
+
+/** What is on the screen. */
+export interface Stats {
+  readonly tiles: number;
+  readonly triangles: number;
+  /** Lowest and highest zoom drawn; undefined while nothing is. */
+  readonly zooms: readonly [number, number] | undefined;
+  /** Largest certified vertical error of what is drawn, metres. */
+  readonly error: number;
+  /** Compressed bytes of all tiles loaded so far. */
+  readonly bytes: number;
+}
+
+const BLEND_MILLISECONDS = 250;
+const CONTOURS_PER_RANGE = 25;
+
+/** A tileset, drawn for a view that moves. */
+export class TerrainLayer {
+  readonly group = new THREE.Group();
+  readonly frame: Frame;
+  /** Holds the data, without exaggeration. */
+  readonly box: THREE.Box3;
+  readonly uniforms: SharedUniforms;
+  private readonly store: TileStore;
+  private shown = new Map<string, Choice>();
+  private blending: TileMesh[] = [];
+  private blendStart = 0;
+  private wireframe = false;
+  private isStale = true;
+  private missing = 0;
+
+  /** `onChange` is called when something new could be drawn. */
+  constructor(
+    readonly tileset: Tileset,
+    private readonly onChange: () => void,
+  ) {
+    const { bounds, heights } = tileset.metadata;
+    this.frame = new Frame((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2);
+    this.box = this.frame.box(bounds, heights);
+    this.uniforms = {
+      exaggeration: { value: 1 },
+      baseHeight: { value: heights[0] },
+      heights: { value: new THREE.Vector2(...heights) },
+      contourInterval: { value: niceInterval((heights[1] - heights[0]) / CONTOURS_PER_RANGE) },
+      hazeDistance: { value: Math.max(60_000, 2.5 * this.box.getSize(new THREE.Vector3()).length()) },
+      axis: { value: this.frame.axis },
+    };
+    this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
+  }
+
+  /** What is wrong, in one line. */
+  get failure(): string | undefined {
+    return this.store.failure;
+  }
+
+  /** Whether nothing will change until the view does. */
+  get isSettled(): boolean {
+    return !this.isStale && this.blending.length === 0 && this.missing === 0 && !this.store.isLoading;
+  }
+
+  /** The next update selects anew. */
+  invalidate(): void {
+    this.isStale = true;
+    this.onChange();
+  }
+
+  /** Brings what is drawn up to date; a blend once begun runs to its end before the next selection. */
+  update(view: View, now: number): void {
+    this.advanceBlend(now);
+    if (this.isStale && this.blending.length === 0) this.reselect(view, now);
+    for (const { address } of this.shown.values()) {
+      const object = this.store.get(address)?.mesh.object;
+      if (object !== undefined) object.visible = view.isVisible(this.store.box(address));
+    }
+    if (this.blending.length > 0) this.onChange();
+  }
+
+  setWireframe(visible: boolean): void {
+    this.wireframe = visible;
+    for (const { address } of this.shown.values()) this.store.get(address)?.mesh.setWireframe(visible);
+    this.onChange();
+  }
+
+  stats(): Stats {
+    const choices = [...this.shown.values()];
+    const zooms = choices.map(({ address }) => address.zoom);
+    const trianglesOf = (choice: Choice) => {
+      const tile = this.store.get(choice.address)?.tile;
+      return tile === undefined ? 0 : triangleCount(tile, choice);
+    };
+    return {
+      tiles: choices.length,
+      triangles: choices.reduce((sum, choice) => sum + trianglesOf(choice), 0),
+      zooms: zooms.length > 0 ? [Math.min(...zooms), Math.max(...zooms)] : undefined,
+      error: choices.reduce((worst, { error }) => Math.max(worst, error), 0),
+      bytes: this.store.bytesLoaded,
+    };
+  }
+
+  dispose(): void {
+    this.store.close();
+    this.group.clear();
+  }
+
+  private advanceBlend(now: number): void {
+    const share = Math.min(1, (now - this.blendStart) / BLEND_MILLISECONDS);
+    for (const mesh of this.blending) mesh.setBlend(share * share * (3 - 2 * share));
+    if (share === 1) this.blending = [];
+  }
+
+  private reselect(view: View, now: number): void {
+    this.isStale = false;
+    this.store.startSelection();
+    const { choices, missing } = select(this.store, view);
+    this.show(choices, now);
+    this.missing = missing.length;
+    this.store.request(missing);
+  }
+
+  private show(choices: readonly Choice[], now: number): void {
+    const before = this.shown;
+    this.shown = new Map(choices.map((choice) => [keyOf(choice.address), choice]));
+    this.group.clear();
+    this.blendStart = now;
+    for (const [key, choice] of this.shown) {
+      const { tile, mesh } = this.store.get(choice.address)!;
+      this.group.add(mesh.object);
+      mesh.setWireframe(this.wireframe);
+      const earlier = before.get(key);
+      if (earlier !== undefined && isSameDetail(earlier, choice)) continue;
+      mesh.show(choice, earlier ?? (isParentIn(before, choice) ? COARSEST_DETAIL : finestDetail(tile)));
+      this.blending.push(mesh);
+    }
+  }
+}
+
+function isSameDetail(a: Detail, b: Detail): boolean {
+  return a.interior === b.interior && a.fineSides.every((fine, side) => fine === b.fineSides[side]);
+}
+
+/** What the parent showed last is the tile's coarsest; what children showed last, its finest. */
+function isParentIn(shown: ReadonlyMap<string, Choice>, { address }: Choice): boolean {
+  return shown.size === 0 || (address.zoom > 0 && shown.has(keyOf(parentOf(address))));
+}
+
+/** 1, 2 or 5 times a power of ten, at least `least`. */
+function niceInterval(least: number): number {
+  const power = 10 ** Math.floor(Math.log10(Math.max(least, 0.01)));
+  return power * ([1, 2, 5].find((factor) => factor * power >= least) ?? 10);
+}

@@ -1,0 +1,168 @@
+// A tile on the graphics card. Its places in space and its triangles are uploaded once, coarsest first; changing the
+// level of detail uploads, for each vertex, the index of the place it is drawn at, and moves the end of what is drawn.
+
+import * as THREE from "three";
+import { degreesOf } from "./address.ts";
+import { tileBounds, type Frame } from "./frame.ts";
+import { drawnPrefix, placesOf, type Detail } from "./partition.ts";
+import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
+import type { Tile } from "./spt.ts";
+
+/** Uniforms that all tiles share: one object each, so that one assignment reaches every tile. */
+export interface SharedUniforms {
+  readonly exaggeration: THREE.IUniform<number>;
+  readonly baseHeight: THREE.IUniform<number>;
+  readonly heights: THREE.IUniform<THREE.Vector2>;
+  readonly contourInterval: THREE.IUniform<number>;
+  readonly hazeDistance: THREE.IUniform<number>;
+  readonly axis: THREE.IUniform<THREE.Vector3>;
+}
+
+/** Share of the way to the eye at which lines are drawn in front of the surface. */
+const LINE_LIFT = 0.9985;
+
+/** The surface of one tile at a changeable level of detail. */
+export class TileMesh {
+  readonly object: THREE.Group;
+  /** Holds every place a vertex may be drawn at, without exaggeration. */
+  readonly box: THREE.Box3;
+  /** Bytes of textures and indices. */
+  readonly byteLength: number;
+  private readonly geometry = new THREE.BufferGeometry();
+  private readonly positions: THREE.DataTexture;
+  private readonly places: THREE.DataTexture;
+  private readonly blend = { value: 1 };
+  private readonly surface: THREE.Mesh;
+  private readonly wire: THREE.Mesh;
+  private shown: Detail | undefined;
+
+  constructor(
+    private readonly tile: Tile,
+    frame: Frame,
+    shared: SharedUniforms,
+  ) {
+    const { box, centre, texels } = placesInSpace(tile, frame);
+    this.box = box;
+    this.positions = dataTexture(texels, THREE.RGBAFormat, THREE.FloatType, "RGBA32F", 4);
+    const places = padded(Uint32Array, 2 * tile.representatives.length, 2);
+    this.places = dataTexture(places, THREE.RGIntegerFormat, THREE.UnsignedIntType, "RG32UI", 2);
+    this.geometry.setIndex(new THREE.BufferAttribute(tile.corners, 1));
+    this.geometry.boundingSphere = new THREE.Sphere();
+    this.byteLength = texels.byteLength + places.byteLength + tile.corners.byteLength;
+    const uniforms = {
+      ...shared,
+      positions: { value: this.positions },
+      places: { value: this.places },
+      blend: this.blend,
+      earthCentre: { value: frame.earthCentre.clone().sub(centre) },
+    };
+    this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(uniforms));
+    this.wire = new THREE.Mesh(this.geometry, wireMaterial(uniforms));
+    this.wire.renderOrder = 1;
+    this.object = new THREE.Group().add(this.surface, this.wire);
+    this.object.position.copy(centre);
+    for (const mesh of [this.surface, this.wire]) mesh.frustumCulled = false;
+  }
+
+  /** Shows a level of detail, `before` at once and `detail` when the blend has come to 1. Borders never blend. */
+  show(detail: Detail, before: Detail): void {
+    this.shown = detail;
+    const now = placesOf(this.tile, detail);
+    const earlier = before === detail ? now : placesOf(this.tile, before);
+    const texels = this.places.image.data as Uint32Array;
+    now.forEach((place, vertex) => {
+      texels[2 * vertex] = place;
+      texels[2 * vertex + 1] = this.isOnBorder(vertex) ? place : earlier[vertex]!;
+    });
+    this.places.needsUpdate = true;
+    this.drawTriangles(Math.max(drawnPrefix(this.tile, detail), drawnPrefix(this.tile, before)));
+    this.setBlend(before === detail ? 1 : 0);
+  }
+
+  /** 0 shows the level of detail from before, 1 the present one alone. */
+  setBlend(blend: number): void {
+    this.blend.value = blend;
+    if (blend === 1 && this.shown !== undefined) this.drawTriangles(drawnPrefix(this.tile, this.shown));
+  }
+
+  setWireframe(visible: boolean): void {
+    this.wire.visible = visible;
+  }
+
+  dispose(): void {
+    this.geometry.dispose();
+    this.positions.dispose();
+    this.places.dispose();
+    for (const mesh of [this.surface, this.wire]) (mesh.material as THREE.Material).dispose();
+  }
+
+  private drawTriangles(count: number): void {
+    this.geometry.setDrawRange(0, 3 * count);
+  }
+
+  /** Neighbours change a common side in the same frame, but not in the same way: a blend there would show a gap. */
+  private isOnBorder(vertex: number): boolean {
+    const extent = 2 ** this.tile.extentBits;
+    const [x, y] = [this.tile.positions[3 * vertex], this.tile.positions[3 * vertex + 1]];
+    return x === 0 || y === 0 || x === extent || y === extent;
+  }
+}
+
+/** Every place in the frame, relative to the tile's own centre so that single precision is enough, and its height. */
+function placesInSpace(tile: Tile, frame: Frame) {
+  const [west, south] = tileBounds(tile.address);
+  const degreesPerUnit = degreesOf(tile.address.zoom) / 2 ** tile.extentBits;
+  const placeCount = tile.positions.length / 3;
+  const places = Array.from({ length: placeCount }, (_, place) => {
+    const [x = 0, y = 0, height = 0] = tile.positions.subarray(3 * place, 3 * place + 3);
+    return frame.position(west + x * degreesPerUnit, south + y * degreesPerUnit, height);
+  });
+  const box = new THREE.Box3().setFromPoints(places);
+  const centre = box.getCenter(new THREE.Vector3());
+  const texels = padded(Float32Array, 4 * placeCount, 4);
+  places.forEach((place, index) => {
+    place.sub(centre).toArray(texels, 4 * index);
+    texels[4 * index + 3] = tile.positions[3 * index + 2]!;
+  });
+  return { box, centre, texels };
+}
+
+/** An array of whole texture rows. */
+function padded<T>(Array: new (length: number) => T, length: number, channels: number): T {
+  const row = TEXTURE_WIDTH * channels;
+  return new Array(Math.max(1, Math.ceil(length / row)) * row);
+}
+
+function dataTexture(
+  texels: Float32Array<ArrayBuffer> | Uint32Array<ArrayBuffer>,
+  format: THREE.PixelFormat,
+  type: THREE.TextureDataType,
+  internalFormat: THREE.PixelFormatGPU,
+  channels: number,
+): THREE.DataTexture {
+  const rows = texels.length / channels / TEXTURE_WIDTH;
+  const texture = new THREE.DataTexture(texels, TEXTURE_WIDTH, rows, format, type);
+  texture.internalFormat = internalFormat;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+function surfaceMaterial(uniforms: Record<string, THREE.IUniform>): THREE.ShaderMaterial {
+  return new THREE.ShaderMaterial({
+    uniforms: { ...uniforms, lift: { value: 1 } },
+    vertexShader: TERRAIN_VERTEX,
+    fragmentShader: TERRAIN_FRAGMENT,
+    side: THREE.DoubleSide,
+  });
+}
+
+function wireMaterial(uniforms: Record<string, THREE.IUniform>): THREE.ShaderMaterial {
+  return new THREE.ShaderMaterial({
+    uniforms: { ...uniforms, lift: { value: LINE_LIFT } },
+    vertexShader: TERRAIN_VERTEX,
+    fragmentShader: WIRE_FRAGMENT,
+    wireframe: true,
+    transparent: true,
+    depthWrite: false,
+  });
+}

@@ -1,0 +1,108 @@
+//! Tile addresses of the default scheme: WGS84 geographic, two root tiles, rows counted from the south (TMS).
+
+use std::fmt;
+
+/// Largest zoom: lattice coordinates of the whole Earth then still fit exactly in the integers of an `f64`.
+pub const MAX_ZOOM: u8 = 26;
+
+/// Lattice units along a side of a tile of the leaf zoom, as a power of two.
+pub const LEAF_EXTENT_BITS: u8 = 15;
+
+/// A tile of the geographic scheme. Zoom `z` has 2^(z+1) columns and 2^z rows; `y` counts from the south pole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TileAddress {
+    /// 0 is the pair of roots.
+    pub zoom: u8,
+    /// Column from the antimeridian eastwards.
+    pub x: u32,
+    /// Row from the south pole northwards.
+    pub y: u32,
+}
+
+/// The four sides of a tile, in the order in which the tile format stores their levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Side {
+    /// Towards smaller x.
+    West,
+    /// Towards smaller y.
+    South,
+    /// Towards larger x.
+    East,
+    /// Towards larger y.
+    North,
+}
+
+impl Side {
+    /// All four, in storage order.
+    pub const ALL: [Side; 4] = [Side::West, Side::South, Side::East, Side::North];
+}
+
+impl TileAddress {
+    /// The tile at `zoom`, `x`, `y`, if the scheme has one there.
+    #[must_use]
+    pub fn new(zoom: u8, x: u32, y: u32) -> Option<Self> {
+        (zoom <= MAX_ZOOM && x >> (zoom + 1) == 0 && y >> zoom == 0).then_some(Self { zoom, x, y })
+    }
+
+    /// Degrees along a side.
+    #[must_use]
+    pub fn degrees(self) -> f64 {
+        180.0 / f64::from(1_u32 << self.zoom)
+    }
+
+    /// Longitude of the west side, in degrees.
+    #[must_use]
+    pub fn west(self) -> f64 {
+        f64::from(self.x) * self.degrees() - 180.0
+    }
+
+    /// Latitude of the south side, in degrees.
+    #[must_use]
+    pub fn south(self) -> f64 {
+        f64::from(self.y) * self.degrees() - 90.0
+    }
+
+    /// The tile that holds this one a zoom up, if this is no root.
+    #[must_use]
+    pub fn parent(self) -> Option<Self> {
+        (self.zoom > 0).then(|| Self {
+            zoom: self.zoom - 1,
+            x: self.x / 2,
+            y: self.y / 2,
+        })
+    }
+
+    /// The four tiles a zoom down: south-west, south-east, north-west, north-east.
+    #[must_use]
+    pub fn children(self) -> [Self; 4] {
+        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| Self {
+            zoom: self.zoom + 1,
+            x: self.x * 2 + dx,
+            y: self.y * 2 + dy,
+        })
+    }
+
+    /// The tile across `side` at the same zoom; columns wrap at the antimeridian, rows end at the poles.
+    #[must_use]
+    pub fn neighbour(self, side: Side) -> Option<Self> {
+        let columns = 1_u32 << (self.zoom + 1);
+        match side {
+            Side::West => Some(Self {
+                x: (self.x + columns - 1) % columns,
+                ..self
+            }),
+            Side::East => Some(Self {
+                x: (self.x + 1) % columns,
+                ..self
+            }),
+            Side::South => self.y.checked_sub(1).map(|y| Self { y, ..self }),
+            Side::North => Self::new(self.zoom, self.x, self.y + 1),
+        }
+    }
+}
+
+impl fmt::Display for TileAddress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}/{}", self.zoom, self.x, self.y)
+    }
+}

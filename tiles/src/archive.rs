@@ -1,0 +1,316 @@
+//! The archive: one PMTiles v3 file of `.spt` tiles, with a [`Metadata`] block in JSON. Layout: PMTiles specification
+//! version 3, Protomaps 2022; tile type 0 (unknown), tiles stored as they are, directories and metadata gzipped.
+//!
+//! PMTiles ids are those of one square cut in four at each zoom, rows from the north; the geographic scheme has two
+//! squares at zoom 0, rows from the south. So a tile goes where the northern half of that square has it, one zoom on:
+//!
+//! ```text
+//! geographic zoom 0          PMTiles zoom 1
+//! ┌───────┬───────┐          ┌───────┬───────┐
+//! │ 0/0/0 │ 0/1/0 │    ▶     │ 1/0/0 │ 1/1/0 │       z′ = z + 1
+//! └───────┴───────┘          ├───────┼───────┤       x′ = x
+//!                            │ never │ used  │       y′ = 2^z − 1 − y
+//!                            └───────┴───────┘
+//! ```
+//!
+//! A tile's parent and children are then its parent and children in PMTiles, too.
+
+use std::fs::{File, Permissions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::{FileExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use futures_util::TryStreamExt;
+use pmtiles::{
+    AsyncBackend, AsyncPmTilesReader, BackendResponse, CallerKey, Compression, DirEntry, HashMapCache, PmTilesWriter,
+    PmtError, PmtResult, TileCoord, TileId, TileType,
+};
+use tempfile::NamedTempFile;
+use thiserror::Error;
+
+use crate::address::{MAX_ZOOM, TileAddress};
+use crate::metadata::{FORMAT, Metadata, VERSION};
+
+/// Largest tile that is written or read, in bytes: what the length field of the tile format can say is more, but no
+/// sound tile comes near this.
+pub const MAX_TILE_BYTES: usize = 1 << 28;
+
+/// Why an archive cannot be written or read. Each says it in one line that begins with the file's path.
+#[derive(Debug, Error)]
+pub enum ArchiveError {
+    /// The operating system refused.
+    #[error("{0}: {1}")]
+    Io(PathBuf, io::Error),
+    /// The file is no sound PMTiles archive.
+    #[error("{0}: not a readable PMTiles archive: {1}")]
+    Unreadable(PathBuf, String),
+    /// The file is a PMTiles archive, but none of ours.
+    #[error("{0}: a PMTiles archive, but not of {FORMAT} version {VERSION}: {1}")]
+    Foreign(PathBuf, String),
+    /// The caller added what cannot be stored.
+    #[error("{0}: tile {1} {2}")]
+    BadTile(PathBuf, TileAddress, &'static str),
+}
+
+/// Writes an archive. Nothing is seen at the final path before [`Writer::finish`]; a writer that is dropped leaves
+/// nothing behind. Tiles may be added in any order: they wait in an unnamed file and are put in the order of their ids
+/// at the end, so that the bytes depend on the tiles and the metadata alone.
+pub struct Writer {
+    path: PathBuf,
+    spool: File,
+    spooled: u64,
+    tiles: Vec<Spooled>,
+}
+
+/// A tile in the unnamed file.
+struct Spooled {
+    id: u64,
+    address: TileAddress,
+    offset: u64,
+    length: usize,
+}
+
+impl Writer {
+    /// Starts an archive that will be at `path`, in a folder that exists and can be written to.
+    ///
+    /// # Errors
+    /// [`ArchiveError::Io`] when no file can be made in the folder.
+    pub fn create(path: &Path) -> Result<Self, ArchiveError> {
+        let spool = tempfile::tempfile_in(folder_of(path)).map_err(|error| ArchiveError::Io(path.into(), error))?;
+        Ok(Self {
+            path: path.into(),
+            spool,
+            spooled: 0,
+            tiles: Vec::new(),
+        })
+    }
+
+    /// Adds the bytes of the tile at `address`.
+    ///
+    /// # Errors
+    /// [`ArchiveError::BadTile`] when `bytes` are none or too many, [`ArchiveError::Io`] when the disk is full.
+    pub fn add(&mut self, address: TileAddress, bytes: &[u8]) -> Result<(), ArchiveError> {
+        if bytes.is_empty() || bytes.len() > MAX_TILE_BYTES {
+            return Err(ArchiveError::BadTile(
+                self.path.clone(),
+                address,
+                "is empty or larger than 256 MiB",
+            ));
+        }
+        self.spool
+            .write_all(bytes)
+            .map_err(|error| ArchiveError::Io(self.path.clone(), error))?;
+        let id = TileId::from(coordinate(address)).value();
+        self.tiles.push(Spooled {
+            id,
+            address,
+            offset: self.spooled,
+            length: bytes.len(),
+        });
+        self.spooled += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Writes the archive and moves it to its path, over any file that is there.
+    ///
+    /// # Errors
+    /// [`ArchiveError::BadTile`] when an address was added twice, [`ArchiveError::Io`] otherwise.
+    pub fn finish(mut self, metadata: &Metadata) -> Result<(), ArchiveError> {
+        self.tiles.sort_by_key(|tile| tile.id);
+        if let Some(pair) = self.tiles.windows(2).find(|pair| pair[0].id == pair[1].id) {
+            return Err(ArchiveError::BadTile(self.path, pair[0].address, "was added twice"));
+        }
+        let path = self.path.clone();
+        self.write(metadata).map_err(|error| ArchiveError::Io(path, error))
+    }
+
+    fn write(mut self, metadata: &Metadata) -> io::Result<()> {
+        let mut target = tempfile::Builder::new()
+            .prefix(".terrain-")
+            .permissions(Permissions::from_mode(0o666))
+            .tempfile_in(folder_of(&self.path))?;
+        self.write_tiles(metadata, &mut target)?;
+        target.as_file().sync_all()?;
+        target.persist(&self.path)?;
+        Ok(())
+    }
+
+    fn write_tiles(&mut self, metadata: &Metadata, target: &mut NamedTempFile) -> io::Result<()> {
+        let mut writer = builder(metadata)?.create(target).map_err(into_io)?;
+        let mut bytes = Vec::new();
+        for tile in &self.tiles {
+            bytes.resize(tile.length, 0);
+            self.spool.seek(SeekFrom::Start(tile.offset))?;
+            self.spool.read_exact(&mut bytes)?;
+            writer
+                .add_tile(coordinate(tile.address), &bytes, None)
+                .map_err(into_io)?;
+        }
+        writer.finalize().map_err(into_io)
+    }
+}
+
+/// The header's fields and the JSON block. PMTiles longitudes end at ±180: data across the antimeridian are given the
+/// whole circle there. No tile is like another, so none is looked for.
+fn builder(metadata: &Metadata) -> io::Result<PmTilesWriter<CallerKey<()>>> {
+    let [west, south, east, north] = metadata.bounds;
+    let (first, last) = if east > 180.0 { (-180.0, 180.0) } else { (west, east) };
+    let middle = (west + east) / 2.0;
+    let json = serde_json::to_string(metadata)?;
+    Ok(PmTilesWriter::new(TileType::Unknown)
+        .dedup_by_key()
+        .tile_compression(Compression::None)
+        .min_zoom(metadata.min_zoom + 1)
+        .max_zoom(metadata.max_zoom + 1)
+        .bounds(first, south, last, north)
+        .center(
+            if middle > 180.0 { middle - 360.0 } else { middle },
+            (south + north) / 2.0,
+        )
+        .center_zoom(metadata.max_zoom + 1)
+        .metadata(json))
+}
+
+/// An open archive; shared freely between threads.
+pub struct Reader {
+    path: PathBuf,
+    metadata: Metadata,
+    addresses: Vec<TileAddress>,
+    tiles: Arc<AsyncPmTilesReader<PlainFile, HashMapCache>>,
+}
+
+impl Reader {
+    /// Opens the archive at `path` and reads its metadata and the list of its tiles.
+    ///
+    /// # Errors
+    /// [`ArchiveError::Io`] when the file cannot be opened, [`ArchiveError::Unreadable`] when it is no PMTiles archive or
+    /// a broken one, [`ArchiveError::Foreign`] when it holds something else.
+    pub fn open(path: &Path) -> Result<Self, ArchiveError> {
+        let file = File::open(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
+        let unreadable = |error: PmtError| ArchiveError::Unreadable(path.into(), error.to_string());
+        let tiles = pollster::block_on(AsyncPmTilesReader::try_from_cached_source(
+            PlainFile(file),
+            HashMapCache::default(),
+        ))
+        .map_err(unreadable)?;
+        let json = pollster::block_on(tiles.get_metadata()).map_err(unreadable)?;
+        let metadata = parse_metadata(&json).map_err(|reason| ArchiveError::Foreign(path.into(), reason))?;
+        if tiles.get_header().tile_type != TileType::Unknown || tiles.get_header().tile_compression != Compression::None
+        {
+            return Err(ArchiveError::Foreign(
+                path.into(),
+                "its tiles are of another type".to_owned(),
+            ));
+        }
+        let tiles = Arc::new(tiles);
+        let entries: Vec<DirEntry> =
+            pollster::block_on(Arc::clone(&tiles).entries().try_collect()).map_err(unreadable)?;
+        let addresses = entries
+            .iter()
+            .map(entry_address)
+            .collect::<Option<_>>()
+            .ok_or_else(|| {
+                ArchiveError::Foreign(
+                    path.into(),
+                    "its directory has tiles outside the geographic scheme".to_owned(),
+                )
+            })?;
+        Ok(Self {
+            path: path.into(),
+            metadata,
+            addresses,
+            tiles,
+        })
+    }
+
+    /// What the archive says of itself.
+    #[must_use]
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// The bytes of the tile at `address`, if the archive has it. Blocks for one read of the file.
+    ///
+    /// # Errors
+    /// [`ArchiveError::Unreadable`] when the file is cut short or its directory is broken.
+    pub fn tile(&self, address: TileAddress) -> Result<Option<Vec<u8>>, ArchiveError> {
+        let bytes = pollster::block_on(self.tiles.get_tile(coordinate(address)))
+            .map_err(|error| ArchiveError::Unreadable(self.path.clone(), format!("tile {address}: {error}")))?;
+        Ok(bytes.map(Vec::from))
+    }
+
+    /// All tiles, coarse zooms first, neighbours mostly one after the other.
+    pub fn addresses(&self) -> impl ExactSizeIterator<Item = TileAddress> + '_ {
+        self.addresses.iter().copied()
+    }
+}
+
+fn parse_metadata(json: &str) -> Result<Metadata, String> {
+    let metadata: Metadata = serde_json::from_str(json).map_err(|error| format!("its metadata: {error}"))?;
+    if metadata.format != FORMAT || metadata.version != VERSION {
+        return Err(format!(
+            "its metadata say {} version {}",
+            metadata.format, metadata.version
+        ));
+    }
+    if metadata.max_zoom > MAX_ZOOM {
+        return Err(format!(
+            "its metadata say zoom {}, the largest is {MAX_ZOOM}",
+            metadata.max_zoom
+        ));
+    }
+    Ok(metadata)
+}
+
+/// Where a tile is in the numbering of PMTiles; see the drawing at the top.
+fn coordinate(address: TileAddress) -> TileCoord {
+    let row = (1_u32 << address.zoom) - 1 - address.y;
+    TileCoord::new(address.zoom + 1, address.x, row).expect("zoom + 1 is at most 27, and column and row fit in it")
+}
+
+/// The other way round; `None` for what the drawing at the top calls never used.
+fn address(coordinate: TileCoord) -> Option<TileAddress> {
+    let zoom = coordinate.z().checked_sub(1)?;
+    let row = (1_u32 << zoom).checked_sub(1 + coordinate.y())?;
+    TileAddress::new(zoom, coordinate.x(), row)
+}
+
+/// An entry's tile. Tiles hold their own address, so no two are the same and every entry stands for one.
+fn entry_address(entry: &DirEntry) -> Option<TileAddress> {
+    let mut coordinates = entry.iter_coords();
+    let first = coordinates.next()?;
+    coordinates.next().is_none().then(|| address(first.into()))?
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
+}
+
+fn into_io(error: PmtError) -> io::Error {
+    match error {
+        PmtError::Reading(error) => error,
+        other => io::Error::other(other),
+    }
+}
+
+/// Reads at a position, without a cursor to share and without a runtime: its futures are ready at once, which is why
+/// [`Reader`] may wait for them anywhere. Unlike a memory map it gives an error, not a signal, when the file is cut
+/// short under it.
+struct PlainFile(File);
+
+impl AsyncBackend for PlainFile {
+    async fn read(&self, offset: u64, length: usize) -> PmtResult<BackendResponse> {
+        let size = self.0.metadata()?.len();
+        let available = usize::try_from(size.saturating_sub(offset)).unwrap_or(usize::MAX);
+        let mut bytes = vec![0; length.min(available)];
+        self.0.read_exact_at(&mut bytes, offset)?;
+        Ok(BackendResponse::new(bytes.into()))
+    }
+}
+
+#[cfg(test)]
+#[path = "archive_tests.rs"]
+pub(crate) mod tests;

@@ -1,0 +1,143 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
+use glam::DVec3;
+use terrain_core::{Band, Collapse, CollapseLog, Mesh};
+
+use super::*;
+
+/// A 4 × 4 grid on a 48-unit tile whose west side and interior lose a vertex each.
+pub(crate) fn small_tile() -> Tile {
+    let height = |i: u32| f64::from(i * i % 7) * 0.25;
+    let positions = (0..16)
+        .map(|i| DVec3::new(f64::from(i % 4) * 16.0, f64::from(i / 4) * 16.0, height(i)))
+        .collect();
+    let quads = (0..9_u32).map(|i| i / 3 * 4 + i % 3);
+    let triangles = quads.flat_map(|a| [[a, a + 1, a + 5], [a, a + 5, a + 4]]).collect();
+    let mesh = Mesh { positions, triangles };
+    let at = |v: u32| mesh.positions[v as usize];
+    let west = Collapse {
+        blue: 4,
+        red: 8,
+        red_before: at(8),
+        red_after: at(8),
+    };
+    let interior = Collapse {
+        blue: 5,
+        red: 6,
+        red_before: at(6),
+        red_after: at(6) + DVec3::Z,
+    };
+    let band = |end, error| Band { end, error };
+    let bands = vec![band(0, 1.0), band(0, 1.0), band(0, 1.0), band(1, 1.5), band(2, 2.0)];
+    let log = CollapseLog {
+        collapses: vec![west, interior],
+        bands,
+    };
+    Tile {
+        address: TileAddress::new(3, 5, 2).unwrap(),
+        extent_bits: 6,
+        height_exponent: -2,
+        partition: SurfacePartition::from_log(&mesh, &log, 1.0).unwrap(),
+        outline_errors: vec![0.5, 0.25, 0.0, 0.0, 0.0, 0.0],
+    }
+}
+
+#[test]
+fn a_tile_comes_back_as_it_was() {
+    let tile = small_tile();
+    assert_eq!(decode(&encode(&tile).unwrap(), &Limits::default()).unwrap(), tile);
+}
+
+#[test]
+fn the_bytes_of_version_1_do_not_change() {
+    let bytes = encode(&small_tile()).unwrap();
+    assert_eq!(&bytes[..8], b"SPTL\x01\x03\x06\xfe");
+    assert_eq!(
+        &bytes[8..32],
+        [
+            5,
+            0,
+            0,
+            0,
+            2,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            6,
+            0,
+            0,
+            0,
+            6,
+            0,
+            0,
+            0,
+            bytes.len() as u8,
+            (bytes.len() >> 8) as u8,
+            0,
+            0
+        ]
+    );
+    let kinds: Vec<u8> = (0..6).map(|level| bytes[32 + 32 * level]).collect();
+    assert_eq!(kinds, [0, 0, 1, 2, 3, 4]);
+}
+
+#[test]
+fn every_truncation_is_an_error() {
+    let bytes = encode(&small_tile()).unwrap();
+    for length in 0..bytes.len() {
+        assert!(
+            decode(&bytes[..length], &Limits::default()).is_err(),
+            "{length} of {} bytes",
+            bytes.len()
+        );
+    }
+}
+
+#[test]
+fn a_flipped_bit_anywhere_gives_a_tile_or_an_error_and_no_panic() {
+    let bytes = encode(&small_tile()).unwrap();
+    for bit in 0..bytes.len() * 8 {
+        let mut damaged = bytes.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        if let Ok(tile) = decode(&damaged, &Limits::default()) {
+            partition::validate(&tile.partition).unwrap();
+        }
+    }
+}
+
+#[test]
+fn more_than_the_limits_allow_is_refused() {
+    let bytes = encode(&small_tile()).unwrap();
+    let limits = Limits {
+        vertices: 15,
+        ..Limits::default()
+    };
+    assert_eq!(
+        decode(&bytes, &limits),
+        Err(DecodeError::Limit("the number of vertices"))
+    );
+}
+
+#[test]
+fn an_error_is_rounded_up_to_single_precision() {
+    assert!(f64::from(rounded_up(0.1)) >= 0.1 && rounded_up(0.1) <= 0.100_000_01);
+    assert_eq!(rounded_up(2.0), 2.0);
+}
+
+#[test]
+fn sides_can_be_left_out_of_the_finest_interior_only() {
+    let tile = small_tile();
+    assert_eq!(tile.interior_levels(), 2);
+    let without_west = tile.surface(crate::tile::Detail {
+        interior: 1,
+        fine_sides: [false, true, true, true],
+    });
+    assert_eq!(without_west.triangles.len(), 17);
+    assert_eq!(tile.surface(tile.finest()).triangles.len(), 18);
+    assert_eq!(tile.surface(tile.coarsest()).triangles.len(), 15);
+    terrain_core::mesh::validate(&without_west).unwrap();
+}

@@ -1,0 +1,100 @@
+//! `layer.json`: how CesiumJS and its kin learn what quantized-mesh tiles a server has. TileJSON 2.1 with the keys that
+//! the format's readers look for.
+
+use serde::Serialize;
+
+use crate::metadata::Metadata;
+
+/// The document, ready for JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LayerJson {
+    tilejson: &'static str,
+    name: String,
+    version: String,
+    format: &'static str,
+    scheme: &'static str,
+    projection: &'static str,
+    tiles: [&'static str; 1],
+    minzoom: u8,
+    maxzoom: u8,
+    bounds: [f64; 4],
+    extensions: [&'static str; 1],
+    attribution: String,
+    available: Vec<Vec<Range>>,
+}
+
+/// A rectangle of tiles that exist, all four numbers inclusive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Range {
+    start_x: u32,
+    start_y: u32,
+    end_x: u32,
+    end_y: u32,
+}
+
+impl From<[u32; 4]> for Range {
+    fn from([start_x, start_y, end_x, end_y]: [u32; 4]) -> Self {
+        Self {
+            start_x,
+            start_y,
+            end_x,
+            end_y,
+        }
+    }
+}
+
+impl LayerJson {
+    /// For the tiles of the archive that `metadata` describes. `version` changes whenever a tile does: it becomes part
+    /// of every tile's address, so that caches may keep tiles as long as they like.
+    #[must_use]
+    pub fn new(name: &str, version: &str, metadata: &Metadata) -> Self {
+        Self {
+            tilejson: "2.1.0",
+            name: name.to_owned(),
+            version: version.to_owned(),
+            format: "quantized-mesh-1.0",
+            scheme: "tms",
+            projection: "EPSG:4326",
+            tiles: ["{z}/{x}/{y}.terrain?v={version}"],
+            minzoom: 0,
+            maxzoom: metadata.max_zoom,
+            bounds: bounds(metadata),
+            extensions: ["octvertexnormals"],
+            attribution: attribution(metadata),
+            available: (0..=metadata.max_zoom).map(|zoom| available(metadata, zoom)).collect(),
+        }
+    }
+}
+
+/// Both roots always exist, since every client starts from both: the one without data is the bare ellipsoid.
+fn available(metadata: &Metadata, zoom: u8) -> Vec<Range> {
+    if zoom == 0 {
+        return vec![Range::from([0, 0, 1, 0])];
+    }
+    let here = metadata.zooms.iter().filter(|entry| entry.zoom == zoom);
+    here.flat_map(|entry| &entry.available)
+        .copied()
+        .map(Range::from)
+        .collect()
+}
+
+/// Longitudes end at ±180 here: data across the antimeridian are given the whole circle.
+fn bounds(metadata: &Metadata) -> [f64; 4] {
+    let [_, south, east, north] = metadata.bounds;
+    if east > 180.0 {
+        [-180.0, south, 180.0, north]
+    } else {
+        metadata.bounds
+    }
+}
+
+/// Clients show it as HTML.
+fn attribution(metadata: &Metadata) -> String {
+    let files = metadata.source.files.join(", ");
+    files.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+#[path = "layer_json_tests.rs"]
+mod tests;

@@ -1,0 +1,78 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
+use serde_json::{Value, json};
+
+use super::*;
+use crate::archive::tests::metadata;
+use crate::metadata::{Metadata, Zoom};
+
+fn zoom(zoom: u8, available: Vec<[u32; 4]>) -> Zoom {
+    Zoom {
+        zoom,
+        tiles: available.len(),
+        triangles: 1,
+        finest_error: 1.0,
+        coarsest_error: 2.0,
+        outline_error: 0.0,
+        available,
+    }
+}
+
+fn document(metadata: &Metadata) -> Value {
+    serde_json::to_value(LayerJson::new("fault", "abc", metadata)).unwrap()
+}
+
+#[test]
+fn it_has_every_key_that_clients_demand() {
+    let mut metadata = metadata();
+    metadata.zooms = vec![
+        zoom(0, vec![[0, 0, 0, 0]]),
+        zoom(1, vec![[0, 1, 0, 1]]),
+        zoom(2, vec![[1, 2, 1, 3], [2, 3, 2, 3]]),
+    ];
+    let range = |[x0, y0, x1, y1]: [u32; 4]| json!({"startX": x0, "startY": y0, "endX": x1, "endY": y1});
+    let document = document(&metadata);
+    assert_eq!(
+        document,
+        json!({
+            "tilejson": "2.1.0", "name": "fault", "version": "abc",
+            "format": "quantized-mesh-1.0", "scheme": "tms", "projection": "EPSG:4326",
+            "tiles": ["{z}/{x}/{y}.terrain?v={version}"],
+            "minzoom": 0, "maxzoom": 2, "bounds": [-123.5, 48.0, -122.25, 49.0],
+            "extensions": ["octvertexnormals"], "attribution": "a.tif",
+            "available": [
+                [range([0, 0, 1, 0])],
+                [range([0, 1, 0, 1])],
+                [range([1, 2, 1, 3]), range([2, 3, 2, 3])],
+            ],
+        })
+    );
+}
+
+#[test]
+fn a_zoom_without_tiles_still_has_its_place_in_the_list() {
+    let document = document(&metadata());
+    let lengths: Vec<usize> = document["available"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|zoom| zoom.as_array().unwrap().len())
+        .collect();
+    assert_eq!(lengths, [1, 0, 0]);
+}
+
+#[test]
+fn bounds_across_the_antimeridian_stay_on_the_map() {
+    let metadata = Metadata {
+        bounds: [178.0, -18.0, 181.0, -16.0],
+        ..metadata()
+    };
+    assert_eq!(document(&metadata)["bounds"], json!([-180.0, -18.0, 180.0, -16.0]));
+}
+
+#[test]
+fn file_names_are_no_html() {
+    let mut metadata = metadata();
+    metadata.source.files = vec!["<b>.tif".to_owned(), "a&b.tif".to_owned()];
+    assert_eq!(document(&metadata)["attribution"], "&lt;b&gt;.tif, a&amp;b.tif");
+}

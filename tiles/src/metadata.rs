@@ -1,0 +1,69 @@
+//! What an archive says of itself: the JSON block of the PMTiles file, and what the server lists.
+
+use serde::{Deserialize, Serialize};
+
+/// Name of the format in the metadata of an archive.
+pub const FORMAT: &str = "surface-partition-tiles";
+/// Version of the archive's layout; the tile format has its own.
+pub const VERSION: u32 = 1;
+
+/// An archive's description of itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Metadata {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// `geographic-tms`: WGS84 longitude and latitude, two roots, rows from the south.
+    pub scheme: String,
+    /// West, south, east, north of the data in degrees; east may exceed 180 where data crosses the antimeridian.
+    pub bounds: [f64; 4],
+    /// Lowest and highest height in metres.
+    pub heights: [f64; 2],
+    /// Coarsest zoom, always 0.
+    pub min_zoom: u8,
+    /// Zoom of the leaves.
+    pub max_zoom: u8,
+    /// `surface` where the bound holds at every point of the source's bilinear surface, `samples` where at samples only.
+    pub bound: String,
+    /// The error asked for at the leaves, metres.
+    pub max_error: f64,
+    /// What the tiles were made from.
+    pub source: Source,
+    /// Name and version of the program that wrote the archive.
+    pub generator: String,
+    /// One entry a zoom, from `min_zoom` to `max_zoom`.
+    pub zooms: Vec<Zoom>,
+}
+
+/// What the tiles were made from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    /// File names without their folders.
+    pub files: Vec<String>,
+    /// Name or code of the raster's coordinate reference system.
+    pub crs: String,
+    /// Vertical datum of the heights, `unspecified` where the raster does not say; heights are passed through.
+    pub vertical_datum: String,
+    /// Samples from west to east and from north to south.
+    pub samples: [usize; 2],
+}
+
+/// The tiles of one zoom.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zoom {
+    /// Which.
+    pub zoom: u8,
+    /// How many tiles there are.
+    pub tiles: usize,
+    /// Triangles of their finest surfaces.
+    pub triangles: usize,
+    /// Largest certified error of their finest surfaces, metres.
+    pub finest_error: f64,
+    /// Largest certified error of their coarsest surfaces, metres.
+    pub coarsest_error: f64,
+    /// Largest plan distance in metres between the outline of a coarsest surface and the source's.
+    pub outline_error: f64,
+    /// Rectangles of tiles that exist: first x, first y, last x, last y, all of them inclusive.
+    pub available: Vec<[u32; 4]>,
+}

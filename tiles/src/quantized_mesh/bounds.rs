@@ -1,0 +1,73 @@
+//! What bounds a tile in space, and the two-byte form of a unit vector.
+
+use glam::{DVec2, DVec3};
+
+use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
+
+/// Semi-axes' reciprocals: Earth-centred metres times this is the space in which the ellipsoid is the unit sphere.
+const SCALE: DVec3 = DVec3::new(1.0 / SEMI_MAJOR, 1.0 / SEMI_MAJOR, 1.0 / SEMI_MINOR);
+
+/// How far out the horizon occlusion point goes, in Earth radii, where no finite one would do: from no sensible place
+/// is such a point behind the Earth.
+const FAR: f64 = 1e6;
+
+/// Centre and radius, a hair's breadth rounded up, of a sphere around `positions`: its centre is that of their box.
+pub(super) fn sphere(positions: &[DVec3]) -> (DVec3, f64) {
+    let infinity = DVec3::splat(f64::INFINITY);
+    let (low, high) = positions
+        .iter()
+        .fold((infinity, -infinity), |(low, high), p| (low.min(*p), high.max(*p)));
+    let center = (low + high) / 2.0;
+    let radius = positions
+        .iter()
+        .map(|position| position.distance(center))
+        .fold(0.0, f64::max);
+    (center, radius * (1.0 + 1e-12))
+}
+
+/// The point on the ray through `toward` from which on the ellipsoid hides a point only when it hides all of
+/// `positions`, in ellipsoid-scaled space. After K. Ring, *Horizon culling* and *Computing the horizon occlusion point*,
+/// Cesium blog 2013.
+///
+/// In scaled space a viewer whose line of sight touches the unit sphere sees the position P just above the horizon; that
+/// line meets the ray at distance 1 / cos(α + β), α the angle between ray and P, β the angle from P to where the line
+/// touches, cos β = 1 / |P|. A position inside the ellipsoid counts as on it. From 90° on the two never meet.
+pub(super) fn horizon_occlusion_point(toward: DVec3, positions: &[DVec3]) -> DVec3 {
+    let direction = (toward * SCALE).normalize();
+    let distance = positions.iter().map(|&position| {
+        let scaled = position * SCALE;
+        let cos_beta = 1.0 / scaled.length().max(1.0);
+        let sin_beta = (1.0 - cos_beta * cos_beta).sqrt();
+        let unit = scaled.normalize();
+        let (cos_alpha, sin_alpha) = (unit.dot(direction), unit.cross(direction).length());
+        let cosine = cos_alpha * cos_beta - sin_alpha * sin_beta;
+        if cosine > 1.0 / FAR { 1.0 / cosine } else { FAR }
+    });
+    direction * distance.fold(1.0, f64::max)
+}
+
+/// A unit vector in two bytes: projected onto the octahedron, its lower half folded out. After Z. Cigolle, S. Donow and
+/// others, *A Survey of Efficient Representations for Independent Unit Vectors*, JCGT 3(2), 2014.
+pub(super) fn oct_encode(unit: DVec3) -> [u8; 2] {
+    let projected = unit.truncate() / (unit.x.abs() + unit.y.abs() + unit.z.abs());
+    let folded = if unit.z < 0.0 { fold(projected) } else { projected };
+    let byte = |coordinate: f64| ((coordinate.clamp(-1.0, 1.0) * 0.5 + 0.5) * 255.0).round() as u8;
+    [byte(folded.x), byte(folded.y)]
+}
+
+/// The unit vector of two such bytes.
+pub(super) fn oct_decode(bytes: [u8; 2]) -> DVec3 {
+    let [x, y] = bytes.map(|byte| f64::from(byte) / 255.0 * 2.0 - 1.0);
+    let z = 1.0 - x.abs() - y.abs();
+    let plane = DVec2::new(x, y);
+    (if z < 0.0 { fold(plane) } else { plane }).extend(z).normalize()
+}
+
+/// Swaps the inner and the outer four triangles of the octahedron's square.
+fn fold(point: DVec2) -> DVec2 {
+    let sign = |coordinate: f64| if coordinate < 0.0 { -1.0 } else { 1.0 };
+    DVec2::new(
+        (1.0 - point.y.abs()) * sign(point.x),
+        (1.0 - point.x.abs()) * sign(point.y),
+    )
+}

@@ -1,0 +1,250 @@
+//! A surface on the lattice becomes one on the tile's 32,768 × 32,768 coordinates that covers the whole square.
+//!
+//! ```text
+//! round the vertices; those that meet become one
+//! where the outline leaves the square's sides: add ground points at height 0, in a grid, outside it
+//! constrained Delaunay triangulation of all points, with the outline and then the mesh's edges as constraints
+//! triangles inside the rounded outline are measured, the others ground
+//! ground triangles get corners of their own at height 0
+//! where measured and ground triangles meet: a wall
+//! ```
+//!
+//! A mesh that survives rounding comes out as it was: its edges are all there is room for. Where rounding turns
+//! triangles over or flattens them, their edges cross others and are left out, and Delaunay triangles take their place:
+//! there is no hole and no overlap whatever was rounded.
+
+use std::collections::{HashMap, HashSet};
+
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+use terrain_core::Mesh;
+
+use super::EXTENT;
+
+/// A vertex: plan position in coordinates of the format, height in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Point {
+    pub(super) u: u16,
+    pub(super) v: u16,
+    pub(super) height: f64,
+}
+
+/// A surface over the whole square.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Surface {
+    pub(super) points: Vec<Point>,
+    /// Measured ones first, then ground, then walls.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// How many of them are measured.
+    pub(super) measured: u32,
+}
+
+/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, to the whole square of a tile at `zoom`.
+pub(super) fn complete(mesh: &Mesh, extent_bits: u8, zoom: u8) -> Surface {
+    let (mut points, triangles) = snap(mesh, extent_bits);
+    let outline = Outline::of(&points, &mesh.triangles, &triangles);
+    let whole = outline.is_the_square();
+    if !whole {
+        points.extend(ground_points(&outline, zoom));
+    }
+    let faces = triangulate(&points, &outline.edges, &triangles);
+    let (measured, ground) = faces
+        .into_iter()
+        .partition(|face| whole || outline.contains_middle(&points, *face));
+    join(points, measured, ground)
+}
+
+/// The points that the mesh's triangles use, rounded, and the triangles on them. Where several vertices fall on one
+/// place, the first from the west, then from the south, gives the height: along a side that is the same one for both
+/// tiles.
+fn snap(mesh: &Mesh, extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
+    let position = |vertex: u32| mesh.positions[vertex as usize];
+    let mut used = mesh.triangles.as_flattened().to_vec();
+    used.sort_by(|&a, &b| {
+        let (p, q) = (position(a), position(b));
+        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.cmp(&b))
+    });
+    used.dedup();
+    let mut points = Vec::new();
+    let mut places = HashMap::new();
+    let mut numbers = vec![0; mesh.positions.len()];
+    for vertex in used {
+        let height = position(vertex).z;
+        let [u, v] = [position(vertex).x, position(vertex).y].map(|coordinate| round(coordinate, extent_bits));
+        numbers[vertex as usize] = *places.entry((u, v)).or_insert_with(|| {
+            points.push(Point { u, v, height });
+            points.len() as u32 - 1
+        });
+    }
+    let triangles = mesh
+        .triangles
+        .iter()
+        .map(|triangle| triangle.map(|vertex| numbers[vertex as usize]))
+        .collect();
+    (points, triangles)
+}
+
+/// A lattice coordinate of 0…2^`extent_bits` in 0…[`EXTENT`]. What is not on a side stays off it. It depends on nothing
+/// but the place on the lattice, so that neighbours round alike.
+fn round(coordinate: f64, extent_bits: u8) -> u16 {
+    let extent = 1_u64 << extent_bits;
+    let lattice = (coordinate as u64).min(extent);
+    let nearest = (lattice * u64::from(EXTENT) + extent / 2) >> extent_bits;
+    let (first, last) = match lattice {
+        0 => (0, 0),
+        _ if lattice == extent => (EXTENT, EXTENT),
+        _ => (1, EXTENT - 1),
+    };
+    (nearest as u16).clamp(first, last)
+}
+
+/// Plan coordinates times three, so that the middle of a triangle is a whole number, too.
+type Triple = (i64, i64);
+
+fn triple(point: Point) -> Triple {
+    (i64::from(point.u) * 3, i64::from(point.v) * 3)
+}
+
+/// The border of the rounded mesh, counter-clockwise around it.
+struct Outline {
+    edges: Vec<[u32; 2]>,
+    lines: Vec<[Triple; 2]>,
+}
+
+impl Outline {
+    /// From the mesh's own triangles, which say where its border is, and from the rounded ones on `points`.
+    fn of(points: &[Point], original: &[[u32; 3]], rounded: &[[u32; 3]]) -> Self {
+        let sides: HashSet<[u32; 2]> = original.iter().flat_map(directed_edges).collect();
+        let pairs = original
+            .iter()
+            .flat_map(directed_edges)
+            .zip(rounded.iter().flat_map(directed_edges));
+        let edges: Vec<[u32; 2]> = pairs
+            .filter(|([a, b], [start, end])| !sides.contains(&[*b, *a]) && start != end)
+            .map(|(_, edge)| edge)
+            .collect();
+        let lines = edges
+            .iter()
+            .map(|edge| edge.map(|point| triple(points[point as usize])))
+            .collect();
+        Self { edges, lines }
+    }
+
+    /// Whether the mesh covers the whole square: it has a border, all of it on the square's.
+    fn is_the_square(&self) -> bool {
+        let far = 3 * i64::from(EXTENT);
+        let on_side = |[a, b]: &[Triple; 2]| (a.0 == b.0 && a.0 % far == 0) || (a.1 == b.1 && a.1 % far == 0);
+        !self.lines.is_empty() && self.lines.iter().all(on_side)
+    }
+
+    fn contains_middle(&self, points: &[Point], face: [u32; 3]) -> bool {
+        let [a, b, c] = face.map(|point| triple(points[point as usize]));
+        self.winding(((a.0 + b.0 + c.0) / 3, (a.1 + b.1 + c.1) / 3))
+            .is_some_and(|turns| turns > 0)
+    }
+
+    /// How often the outline goes around `point`, exactly; nothing when the point is on it. After D. Sunday, *Inclusion of
+    /// a point in a polygon*, 2001: upward edges with the point to their left less downward ones with it to their right.
+    fn winding(&self, point: Triple) -> Option<i32> {
+        let mut turns = 0;
+        for &[a, b] in &self.lines {
+            if point.1 < a.1.min(b.1) || point.1 > a.1.max(b.1) {
+                continue;
+            }
+            let left = (b.0 - a.0) * (point.1 - a.1) - (point.0 - a.0) * (b.1 - a.1);
+            if left == 0 && point.0 >= a.0.min(b.0) && point.0 <= a.0.max(b.0) {
+                return None;
+            }
+            turns += i32::from(a.1 <= point.1 && b.1 > point.1 && left > 0);
+            turns -= i32::from(a.1 > point.1 && b.1 <= point.1 && left < 0);
+        }
+        Some(turns)
+    }
+}
+
+/// Points at height 0 outside the outline, on a grid that is the same in all tiles of a zoom: ground without them would
+/// cut through the globe. Cells are 5.6° wide at zoom 0 and shrink to a tile at zoom 10, where they bulge 4 m.
+fn ground_points(outline: &Outline, zoom: u8) -> impl Iterator<Item = Point> {
+    let cells = (32.0 / (f64::from(zoom) / 2.0).exp2()).ceil() as u32;
+    let at = move |index: u32| ((index * u32::from(EXTENT) + cells / 2) / cells) as u16;
+    let grid = (0..=cells).flat_map(move |row| (0..=cells).map(move |column| (at(column), at(row))));
+    grid.map(|(u, v)| Point { u, v, height: 0.0 })
+        .filter(|point| outline.winding(triple(*point)) == Some(0))
+}
+
+/// All points, triangulated, with as many of the edges as there is room for: the outline first, then those of triangles
+/// that are still counter-clockwise.
+fn triangulate(points: &[Point], outline: &[[u32; 2]], triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let positions = points
+        .iter()
+        .map(|point| Point2::new(f64::from(point.u), f64::from(point.v)))
+        .collect();
+    let mut triangulation = ConstrainedDelaunayTriangulation::<Point2<f64>>::bulk_load_cdt(positions, Vec::new())
+        .expect("coordinates are whole numbers up to 32,767");
+    let vertices: Vec<_> = triangulation.fixed_vertices().collect();
+    let sound = triangles
+        .iter()
+        .filter(|triangle| is_counter_clockwise(points, **triangle));
+    let inner = sound.flat_map(directed_edges).filter(|[a, b]| a < b);
+    for [start, end] in outline.iter().copied().chain(inner) {
+        triangulation.try_add_constraint(vertices[start as usize], vertices[end as usize]);
+    }
+    triangulation
+        .inner_faces()
+        .map(|face| face.vertices().map(|vertex| vertex.index() as u32))
+        .collect()
+}
+
+/// One surface of measured and ground triangles. A ground triangle's corners are at height 0, whatever the measured
+/// surface has there; the wall between them closes the step.
+fn join(mut points: Vec<Point>, measured: Vec<[u32; 3]>, ground: Vec<[u32; 3]>) -> Surface {
+    let mut feet: HashMap<u32, u32> = HashMap::new();
+    let mut foot = |top: u32| {
+        if points[top as usize].height == 0.0 {
+            return top;
+        }
+        *feet.entry(top).or_insert_with(|| {
+            points.push(Point {
+                height: 0.0,
+                ..points[top as usize]
+            });
+            points.len() as u32 - 1
+        })
+    };
+    let ground_edges: HashSet<[u32; 2]> = ground.iter().flat_map(directed_edges).collect();
+    let rims = measured
+        .iter()
+        .flat_map(directed_edges)
+        .filter(|[a, b]| ground_edges.contains(&[*b, *a]));
+    let walls: Vec<[u32; 3]> = rims.flat_map(|[a, b]| wall([a, b], [foot(a), foot(b)])).collect();
+    let ground = ground.iter().map(|triangle| triangle.map(&mut foot)).collect();
+    let count = measured.len() as u32;
+    Surface {
+        triangles: [measured, ground, walls].concat(),
+        points,
+        measured: count,
+    }
+}
+
+/// The wall below the edge a → b of a measured triangle, seen from the ground outside. Where the surface is below the
+/// ground the same wall faces inwards.
+///
+/// ```text
+///  a ───── b      corners that are one point
+///  │ ╲     │      leave one triangle, or none
+///  │   ╲   │
+///  a₀ ──── b₀
+/// ```
+fn wall([a, b]: [u32; 2], [foot_a, foot_b]: [u32; 2]) -> impl Iterator<Item = [u32; 3]> {
+    let both = [[a, foot_a, foot_b], [a, foot_b, b]];
+    both.into_iter().filter(|[p, q, r]| p != q && q != r && r != p)
+}
+
+fn is_counter_clockwise(points: &[Point], triangle: [u32; 3]) -> bool {
+    let [a, b, c] = triangle.map(|point| triple(points[point as usize]));
+    (b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1) > 0
+}
+
+fn directed_edges(triangle: &[u32; 3]) -> [[u32; 2]; 3] {
+    let [a, b, c] = *triangle;
+    [[a, b], [b, c], [c, a]]
+}
