@@ -6,6 +6,14 @@ use crate::mesh::plan_orientation;
 use crate::reference::Bound;
 use crate::simplify::{Simplifier, VertexKind};
 
+/// An edge collapse under consideration, and the neighbours of its endpoints.
+pub(crate) struct Candidate<'a> {
+    pub(crate) blue: u32,
+    pub(crate) red: u32,
+    pub(crate) around_blue: &'a [u32],
+    pub(crate) around_red: &'a [u32],
+}
+
 /// The table of [`VertexKind`].
 pub(crate) fn kinds_allow(simplifier: &Simplifier, blue: u32, red: u32) -> bool {
     let (from, to) = (simplifier.positions[blue as usize], simplifier.positions[red as usize]);
@@ -23,17 +31,19 @@ pub(crate) fn kinds_allow(simplifier: &Simplifier, blue: u32, red: u32) -> bool 
 /// The link condition with its boundary part (T. Dey et al., *Topology preserving edge contraction*, 1999): endpoints
 /// share no neighbour but those of the edge's own triangles, no interior edge joins two vertices of the boundary, and
 /// the last triangle stays.
-pub(crate) fn link_allows(simplifier: &Simplifier, blue: u32, red: u32) -> bool {
-    let beside: Vec<u32> = simplifier.neighbours(red);
-    let shared = simplifier
-        .neighbours(blue)
-        .into_iter()
-        .filter(|vertex| beside.contains(vertex))
-        .count();
+pub(crate) fn link_allows(simplifier: &Simplifier, candidate: &Candidate) -> bool {
+    let &Candidate {
+        blue,
+        red,
+        around_blue,
+        around_red,
+    } = candidate;
+    let shared = around_blue.iter().filter(|vertex| around_red.contains(vertex)).count();
     let on_edge = simplifier.star(blue).filter(|corners| corners.contains(&red)).count();
-    let boundary = |vertex| is_boundary_vertex(simplifier, vertex);
-    let pinches = on_edge == 2 && boundary(blue) && boundary(red);
-    let is_last = simplifier.star(blue).count() == on_edge && simplifier.star(red).count() == on_edge;
+    let (star_of_blue, star_of_red) = (simplifier.star(blue).count(), simplifier.star(red).count());
+    let is_boundary = |star: usize, around: &[u32]| star != around.len();
+    let pinches = on_edge == 2 && is_boundary(star_of_blue, around_blue) && is_boundary(star_of_red, around_red);
+    let is_last = star_of_blue == on_edge && star_of_red == on_edge;
     shared == on_edge && !pinches && !is_last
 }
 
@@ -50,8 +60,9 @@ pub(crate) fn stays_upright(simplifier: &Simplifier, blue: u32, red: u32, least_
 
 /// A height of the red vertex with which every point of the new star stays within the tolerance: of those the one of
 /// least squares; none if there is no such height.
-pub(crate) fn allowed_height(simplifier: &Simplifier, blue: u32, red: u32, tolerance: f64) -> Option<f64> {
-    let spokes = spokes(simplifier, blue, red);
+pub(crate) fn allowed_height(simplifier: &Simplifier, candidate: &Candidate, tolerance: f64) -> Option<f64> {
+    let &Candidate { blue, red, .. } = candidate;
+    let spokes = spokes(candidate);
     let is_movable = !matches!(simplifier.kinds[red as usize], VertexKind::Fixed | VertexKind::Border);
     let present = simplifier.positions[red as usize].z;
     let mut interval = Interval::new(tolerance);
@@ -169,23 +180,24 @@ fn constrain_by_edges(simplifier: &Simplifier, red: u32, spokes: &[u32], interva
 }
 
 /// The neighbours of the red vertex after the collapse.
-fn spokes(simplifier: &Simplifier, blue: u32, red: u32) -> Vec<u32> {
-    let mut spokes = simplifier.neighbours(red);
-    for neighbour in simplifier.neighbours(blue) {
-        if !spokes.contains(&neighbour) {
-            spokes.push(neighbour);
-        }
-    }
-    spokes.retain(|&vertex| vertex != blue && vertex != red);
-    spokes
+fn spokes(candidate: &Candidate) -> Vec<u32> {
+    let &Candidate {
+        blue,
+        red,
+        around_blue,
+        around_red,
+    } = candidate;
+    let added = around_blue.iter().filter(|vertex| !around_red.contains(vertex));
+    around_red
+        .iter()
+        .chain(added)
+        .copied()
+        .filter(|&vertex| vertex != blue && vertex != red)
+        .collect()
 }
 
 fn is_boundary_edge(simplifier: &Simplifier, a: u32, b: u32) -> bool {
     simplifier.star(a).filter(|corners| corners.contains(&b)).count() == 1
-}
-
-fn is_boundary_vertex(simplifier: &Simplifier, vertex: u32) -> bool {
-    simplifier.star(vertex).count() != simplifier.neighbours(vertex).len()
 }
 
 fn altitude(a: DVec3, b: DVec3, c: DVec3) -> f64 {

@@ -88,9 +88,53 @@ pub fn validate_topology(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<
     Ok(())
 }
 
+/// Gives every fan of triangles that meets others in nothing but a vertex a vertex of its own, so that the star of each
+/// is a disk or half a disk. Vertices for which `is_shared` holds are left alone.
+///
+/// ```text
+///   ╲ A │          ╲ A │
+///    ╲  │           ╲  │
+///     ╲ v ───   ▶    ╲ v   v' ───
+///       │  B ╲              │  B ╲
+/// ```
+pub fn separate_fans(mesh: &mut Mesh, is_shared: impl Fn(DVec3) -> bool) {
+    let directed = |index: usize, &[a, b, c]: &[u32; 3]| [((a, b), index), ((b, c), index), ((c, a), index)];
+    let edges: HashMap<(u32, u32), usize> = mesh
+        .triangles
+        .iter()
+        .enumerate()
+        .flat_map(|(index, corners)| directed(index, corners))
+        .collect();
+    let mut begins: Vec<(u32, u32)> = edges
+        .keys()
+        .copied()
+        .filter(|&(a, b)| !edges.contains_key(&(b, a)))
+        .collect();
+    begins.sort_unstable();
+    for pair in begins.windows(2) {
+        let (vertex, first) = pair[1];
+        if pair[0].0 != vertex || is_shared(mesh.positions[vertex as usize]) {
+            continue;
+        }
+        let own = mesh.positions.len() as u32;
+        mesh.positions.push(mesh.positions[vertex as usize]);
+        let mut next = edges.get(&(vertex, first));
+        while let Some(&triangle) = next {
+            let corners = &mut mesh.triangles[triangle];
+            let at = corners.iter().position(|&corner| corner == vertex).unwrap_or(0);
+            corners[at] = own;
+            next = edges.get(&(vertex, corners[(at + 2) % 3]));
+        }
+    }
+}
+
 /// Twice the signed plan-view area's sign, exactly: positive where `a → b → c` turns left.
 #[must_use]
 pub fn plan_orientation(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let coordinate = |p: DVec3| robust::Coord { x: p.x, y: p.y };
     robust::orient2d(coordinate(a), coordinate(b), coordinate(c))
 }
+
+#[cfg(test)]
+#[path = "mesh_tests.rs"]
+mod tests;

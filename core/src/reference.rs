@@ -14,6 +14,9 @@ use glam::DVec2;
 
 use crate::plan::PlanMap;
 
+/// Cells within which a point is on a grid line: rounding must not hide the samples along an edge.
+const ON_A_LINE: f64 = 1e-7;
+
 /// Where the promised bound holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bound {
@@ -151,12 +154,12 @@ impl Reference<'_> {
         let sag = |p: DVec2| curvature.dot((p - a) * (p - a));
         let (sag_b, sag_c) = (sag(b), sag(c));
         let (low, high) = (a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y));
-        let last_row = high.floor().min(self.rows as f64 - 1.0);
-        let mut row = low.ceil().max(0.0);
+        let last_row = (high + ON_A_LINE).floor().min(self.rows as f64 - 1.0);
+        let mut row = (low - ON_A_LINE).ceil().max(0.0);
         while row <= last_row {
-            let (from, to) = span(row, [a, b, c]);
-            let first = (from - 1e-9).ceil().max(0.0);
-            let last = (to + 1e-9).floor().min(self.columns as f64 - 1.0);
+            let (from, to) = span(row.clamp(low, high), [a, b, c]);
+            let first = (from - ON_A_LINE).ceil().max(0.0);
+            let last = (to + ON_A_LINE).floor().min(self.columns as f64 - 1.0);
             let mut column = first;
             while column <= last {
                 let sample = self.sample(column as usize, row as usize);
@@ -240,7 +243,10 @@ impl Reference<'_> {
     fn cell_under(&self, point: DVec2) -> Option<[f64; 4]> {
         let first = point.floor();
         let (column, row) = (first.x as i64, first.y as i64);
-        let before = DVec2::new(f64::from(point.x - first.x < 1e-9), f64::from(point.y - first.y < 1e-9));
+        let before = DVec2::new(
+            f64::from(point.x - first.x < ON_A_LINE),
+            f64::from(point.y - first.y < ON_A_LINE),
+        );
         let corners = self.corners(column, row).map(|heights| (column, row, heights));
         let (column, row, [h00, h10, h01, h11]) = corners.or_else(|| {
             let (column, row) = (column - before.x as i64, row - before.y as i64);

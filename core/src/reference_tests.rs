@@ -81,3 +81,13 @@ fn void_cells_are_no_surface() {
     assert_eq!(reference.height_near(DVec2::new(0.5, 0.5)), Some(0.0));
     assert!(!reference.cell_is_valid(1, 1) && !reference.cell_is_valid(2, 0));
 }
+
+#[test]
+fn rounding_does_not_hide_the_samples_along_an_edge() {
+    let mut heights = vec![0.0; 25];
+    heights[4 * 5 + 2] = 7.0;
+    let reference = flat_earth(5, &heights, &PLANE);
+    let low = 4.0 - 1e-12;
+    let found = reference.triangle_deviation([point(0.0, low, 0.0), point(4.0, low, 0.0), point(2.0, 0.0, 0.0)]);
+    assert!((found.size - 7.0).abs() < 1e-9, "{found:?}");
+}

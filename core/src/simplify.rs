@@ -19,7 +19,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::collapse_log::{Band, Collapse, CollapseLog};
-use crate::filters;
+use crate::filters::{self, Candidate};
 use crate::mesh::Mesh;
 use crate::outline::OutlineChains;
 use crate::reference::{GridPoint, Reference};
@@ -156,10 +156,20 @@ impl<'a> Simplifier<'a> {
         });
     }
 
-    /// Collapses a vertex of a tile's side into another one next to it on the side, whatever the tolerance: the side
-    /// is a curve that was simplified before. Tells whether it could.
-    pub fn collapse_border(&mut self, blue: u32, red: u32) -> bool {
-        let possible = filters::link_allows(self, blue, red) && filters::stays_upright(self, blue, red, 0.0);
+    /// Collapses a vertex of a tile's side into another one next to it on the side, if the surface stays within
+    /// `tolerance` metres. Infinity allows what topology does: the side as a curve was simplified before. Tells
+    /// whether it could.
+    pub fn collapse_border(&mut self, blue: u32, red: u32, tolerance: f64) -> bool {
+        let (around_blue, around_red) = (&self.neighbours(blue), &self.neighbours(red));
+        let candidate = Candidate {
+            blue,
+            red,
+            around_blue,
+            around_red,
+        };
+        let possible = filters::link_allows(self, &candidate)
+            && filters::stays_upright(self, blue, red, 0.0)
+            && filters::allowed_height(self, &candidate, tolerance).is_some();
         if possible {
             let height = self.positions[red as usize].z;
             self.perform(blue, red, height);
@@ -212,26 +222,38 @@ impl<'a> Simplifier<'a> {
 
     fn try_vertex(&mut self, blue: u32, allowance: Allowance, worth_a_try: &mut [bool]) {
         worth_a_try[blue as usize] = false;
-        for red in self.neighbours_nearest_first(blue) {
-            if !filters::kinds_allow(self, blue, red) || !filters::link_allows(self, blue, red) {
+        let around_blue = self.neighbours_nearest_first(blue);
+        for &red in &around_blue {
+            if !filters::kinds_allow(self, blue, red) {
                 continue;
             }
-            if self.star_is_touched(red) {
+            let candidate = Candidate {
+                blue,
+                red,
+                around_blue: &around_blue,
+                around_red: &self.neighbours(red),
+            };
+            if !filters::link_allows(self, &candidate) {
+                continue;
+            }
+            if candidate
+                .around_red
+                .iter()
+                .any(|&vertex| self.touched[vertex as usize] == self.round)
+            {
                 worth_a_try[blue as usize] = true;
                 continue;
             }
-            let upright = filters::stays_upright(self, blue, red, self.shape.least_altitude);
             let strays = self.outline_strays(blue, red);
-            if !upright || strays > allowance.outline {
+            if strays > allowance.outline || !filters::stays_upright(self, blue, red, self.shape.least_altitude) {
                 continue;
             }
-            if let Some(height) = filters::allowed_height(self, blue, red, allowance.vertical) {
+            if let Some(height) = filters::allowed_height(self, &candidate, allowance.vertical) {
                 self.perform(blue, red, height);
                 self.outline_strayed = self.outline_strayed.max(strays);
                 self.touched[red as usize] = self.round;
-                worth_a_try[red as usize] = self.kinds[red as usize] != VertexKind::Border;
-                for neighbour in self.neighbours(red) {
-                    worth_a_try[neighbour as usize] = self.kinds[neighbour as usize] != VertexKind::Border;
+                for vertex in self.neighbours(red).into_iter().chain([red]) {
+                    worth_a_try[vertex as usize] = self.kinds[vertex as usize] != VertexKind::Border;
                 }
                 return;
             }
@@ -239,7 +261,11 @@ impl<'a> Simplifier<'a> {
     }
 
     fn outline_strays(&self, blue: u32, red: u32) -> f64 {
-        if self.kinds[blue as usize] == VertexKind::Outline { self.outline.strays(blue, red) } else { 0.0 }
+        if self.kinds[blue as usize] == VertexKind::Outline {
+            self.outline.strays(blue, red)
+        } else {
+            0.0
+        }
     }
 
     fn perform(&mut self, blue: u32, red: u32, height: f64) {

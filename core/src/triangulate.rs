@@ -5,23 +5,23 @@
 //! differences: all triangles that stray too far are split in one round, and points between the samples count, too.
 //!
 //! ```text
-//! triangulate the outline's vertices and segments (spade)
-//! repeat:
-//!     for each triangle inside the outline not yet known to be good:
+//! triangulate the outline's vertices and segments (spade); all vertices are new
+//! repeat until no vertex is new:
+//!     for each triangle inside the outline at a new vertex (insertion makes no others):
 //!         find its worst point, at samples and (bound = surface) along its edges
 //!         if it strays further than the tolerance: note the point
-//!     insert the points noted; stop when there are none
+//!     insert the points noted: these are the new vertices
 //! ```
 
 use std::collections::HashSet;
 
 use glam::{DVec2, DVec3};
-use spade::handles::{FixedFaceHandle, InnerTag};
+use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 use thiserror::Error;
 
 use crate::mesh::Mesh;
-use crate::reference::{Bound, GridPoint, Reference};
+use crate::reference::{Bound, Deviation, GridPoint, Reference};
 
 /// The vertices and segments that a triangulation must have.
 #[derive(Clone, Debug, Default)]
@@ -92,19 +92,22 @@ pub fn triangulate(
     is_inside: impl Fn(DVec2) -> bool,
 ) -> Result<Mesh, TriangulateError> {
     let mut surface = Surface::new(outline, reference, refinement)?;
+    let mut new_vertices: Vec<FixedVertexHandle> = surface.triangulation.fixed_vertices().collect();
     loop {
         let inside = if outline.has_outside {
             surface.inside(&is_inside)
         } else {
             surface.all()
         };
-        let points = surface.worst_points(&inside);
-        if !surface.insert(points) {
+        if new_vertices.is_empty() {
             return Ok(surface.mesh(&inside));
         }
+        let points = surface.worst_points(&new_vertices, &inside);
+        new_vertices = points.into_iter().filter_map(|tries| surface.insert(tries)).collect();
     }
 }
 
+#[derive(Clone, Copy)]
 struct Vertex {
     plan: DVec2,
     point: GridPoint,
@@ -121,8 +124,6 @@ struct Surface<'a> {
     triangulation: ConstrainedDelaunayTriangulation<Vertex>,
     reference: &'a Reference<'a>,
     refinement: Refinement,
-    good_triangles: HashSet<[usize; 3]>,
-    good_edges: HashSet<[usize; 2]>,
     taken: HashSet<[u64; 2]>,
 }
 
@@ -132,8 +133,6 @@ impl<'a> Surface<'a> {
             triangulation: ConstrainedDelaunayTriangulation::new(),
             reference,
             refinement,
-            good_triangles: HashSet::new(),
-            good_edges: HashSet::new(),
             taken: HashSet::new(),
         };
         let mut handles = Vec::with_capacity(outline.vertices.len());
@@ -207,45 +206,38 @@ impl<'a> Surface<'a> {
         region
     }
 
-    /// For each triangle that strays too far, the points to try, most urgent first.
-    fn worst_points(&mut self, inside: &[bool]) -> Vec<Vec<DVec2>> {
+    /// For each triangle at a new vertex that strays too far, the points to try, most urgent first: the sample next to
+    /// a place before the place itself, since that is where the surface bends.
+    fn worst_points(&self, new_vertices: &[FixedVertexHandle], inside: &[bool]) -> Vec<Vec<DVec2>> {
+        let mut seen = vec![false; inside.len()];
         let mut points = Vec::new();
-        for face in self.triangulation.inner_faces().filter(|face| inside[face.index()]) {
-            let vertices = face.vertices();
-            let name = smallest_first(vertices.map(|vertex| vertex.index()));
-            if self.good_triangles.contains(&name) {
-                continue;
-            }
-            let mut found = vec![
-                self.reference
-                    .triangle_deviation(vertices.map(|vertex| vertex.data().point)),
-            ];
-            if self.reference.bound == Bound::Surface {
-                for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (vertices[i], vertices[j])) {
-                    let name = [from.index().min(to.index()), from.index().max(to.index())];
-                    if self.is_fixed(from.data(), to.data()) || self.good_edges.contains(&name) {
-                        continue;
+        for &vertex in new_vertices {
+            for edge in self.triangulation.vertex(vertex).out_edges() {
+                let Some(face) = edge.face().as_inner() else { continue };
+                if inside[face.index()] && !std::mem::replace(&mut seen[face.index()], true) {
+                    let found = self.deviations(face.vertices().map(|vertex| *vertex.data()));
+                    if !found.is_empty() {
+                        points.push(found.iter().flat_map(|found| [found.at.round(), found.at]).collect());
                     }
-                    let deviation = self.reference.edge_deviation(from.data().point, to.data().point);
-                    if deviation.size <= self.refinement.tolerance {
-                        self.good_edges.insert(name);
-                    }
-                    found.push(deviation);
                 }
             }
-            found.retain(|deviation| deviation.size > self.refinement.tolerance);
-            if found.is_empty() {
-                self.good_triangles.insert(name);
-            }
-            found.sort_by(|a, b| b.size.total_cmp(&a.size));
-            points.push(
-                found
-                    .iter()
-                    .flat_map(|deviation| [deviation.at.round(), deviation.at])
-                    .collect(),
-            );
         }
         points
+    }
+
+    /// Where a triangle strays too far, the worst first.
+    fn deviations(&self, corners: [Vertex; 3]) -> Vec<Deviation> {
+        let mut found = vec![self.reference.triangle_deviation(corners.map(|corner| corner.point))];
+        if self.reference.bound == Bound::Surface {
+            for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])) {
+                if !self.is_fixed(&from, &to) {
+                    found.push(self.reference.edge_deviation(from.point, to.point));
+                }
+            }
+        }
+        found.retain(|deviation| deviation.size > self.refinement.tolerance);
+        found.sort_by(|a, b| b.size.total_cmp(&a.size));
+        found
     }
 
     fn is_fixed(&self, a: &Vertex, b: &Vertex) -> bool {
@@ -254,28 +246,25 @@ impl<'a> Surface<'a> {
             .is_some_and(|frame| frame.along_side(a.plan, b.plan))
     }
 
-    /// Inserts one point for each list, the first that is not there yet: the sample next to a place rather than the
-    /// place itself, since that is where the surface bends. Tells whether there was anything to insert.
-    fn insert(&mut self, points: Vec<Vec<DVec2>>) -> bool {
-        let mut any = false;
-        for grid in points {
-            any |= grid.into_iter().any(|grid| self.insert_at(grid));
-        }
-        any
+    /// Inserts the first of the points that is not there yet.
+    fn insert(&mut self, tries: Vec<DVec2>) -> Option<FixedVertexHandle> {
+        tries.into_iter().find_map(|grid| self.insert_at(grid))
     }
 
-    fn insert_at(&mut self, grid: DVec2) -> bool {
+    fn insert_at(&mut self, grid: DVec2) -> Option<FixedVertexHandle> {
         let rounded = self.reference.plan.plan(grid).round();
         let plan = self.refinement.frame.map_or(rounded, |frame| frame.push_in(rounded));
         let grid = self.reference.plan.grid(plan);
-        let Some(height) = self.reference.height_near(grid) else {
-            return false;
-        };
-        let point = GridPoint {
-            grid,
-            height: stepped(height, self.refinement.height_step),
-        };
-        self.taken.insert(key(plan)) && self.triangulation.insert(Vertex { plan, point }).is_ok()
+        let height = stepped(self.reference.height_near(grid)?, self.refinement.height_step);
+        if !self.taken.insert(key(plan)) {
+            return None;
+        }
+        self.triangulation
+            .insert(Vertex {
+                plan,
+                point: GridPoint { grid, height },
+            })
+            .ok()
     }
 
     fn mesh(&self, inside: &[bool]) -> Mesh {
@@ -308,10 +297,4 @@ pub fn stepped(height: f64, step: f64) -> f64 {
 
 fn key(plan: DVec2) -> [u64; 2] {
     [plan.x, plan.y].map(|coordinate| (coordinate + 0.0).to_bits())
-}
-
-fn smallest_first(mut corners: [usize; 3]) -> [usize; 3] {
-    let smallest = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
-    corners.rotate_left(smallest);
-    corners
 }

@@ -70,13 +70,20 @@ impl BorderCurve {
         let mut runs: Vec<Run> = Vec::new();
         for pair in breakpoints.windows(2) {
             let has_surface = source.surface_beside(edge, (pair[0] + pair[1]) as f64 / 2.0);
-            let continues = runs.last().is_some_and(|run| run.has_surface == has_surface && run.ends()[1] == pair[0]);
+            let continues = runs
+                .last()
+                .is_some_and(|run| run.has_surface == has_surface && run.ends()[1] == pair[0]);
             if has_surface == [false; 2] {
                 continue;
             }
             if !continues {
                 let points = vec![source.point(edge, pair[0])];
-                runs.push(Run { has_surface, points, fine: Vec::new(), coarse: Vec::new() });
+                runs.push(Run {
+                    has_surface,
+                    points,
+                    fine: Vec::new(),
+                    coarse: Vec::new(),
+                });
             }
             if let Some(run) = runs.last_mut() {
                 run.points.push(source.point(edge, pair[1]));
@@ -101,7 +108,11 @@ impl BorderCurve {
                     last.points.extend(&run.points[1..]);
                     last.fine.extend(run.coarse[1..].iter().map(|index| index + offset));
                 }
-                _ => runs.push(Run { fine: run.coarse.clone(), coarse: Vec::new(), ..run.clone() }),
+                _ => runs.push(Run {
+                    fine: run.coarse.clone(),
+                    coarse: Vec::new(),
+                    ..run.clone()
+                }),
             }
         }
         for run in &mut runs {
@@ -115,7 +126,11 @@ impl BorderSource<'_> {
     /// Longitude and latitude of a place on a side, moved sideways by some lattice units.
     fn geographic(&self, edge: Edge, along: f64, sideways: f64) -> DVec2 {
         let across = (edge.line * self.lattice.extent(edge.zoom)) as f64 + sideways;
-        self.lattice.geographic(if edge.is_meridian { DVec2::new(across, along) } else { DVec2::new(along, across) })
+        self.lattice.geographic(if edge.is_meridian {
+            DVec2::new(across, along)
+        } else {
+            DVec2::new(along, across)
+        })
     }
 
     fn grid(&self, edge: Edge, along: f64) -> DVec2 {
@@ -140,7 +155,9 @@ impl BorderSource<'_> {
     fn breakpoints(&self, edge: Edge) -> Vec<i64> {
         let length = self.lattice.extent(edge.zoom);
         let (start, end) = (edge.along * length, (edge.along + 1) * length);
-        let cells = (self.grid(edge, end as f64) - self.grid(edge, start as f64)).abs().max_element();
+        let cells = (self.grid(edge, end as f64) - self.grid(edge, start as f64))
+            .abs()
+            .max_element();
         let stretches = cells.ceil().clamp(1.0, 65_536.0);
         let mut found = vec![start, end];
         let mut from = self.grid(edge, start as f64);
@@ -169,8 +186,10 @@ impl BorderSource<'_> {
             inner.push(end - STRIP);
         }
         let clear = start + STRIP + 1..end - STRIP;
-        run.points.retain(|&(along, _)| along == first || along == last || clear.contains(&along));
-        run.points.extend(inner.into_iter().map(|along| self.point(edge, along)));
+        run.points
+            .retain(|&(along, _)| along == first || along == last || clear.contains(&along));
+        run.points
+            .extend(inner.into_iter().map(|along| self.point(edge, along)));
         run.points.sort_unstable_by_key(|&(along, _)| along);
         run.points.dedup_by_key(|&mut (along, _)| along);
     }
@@ -203,8 +222,14 @@ impl BorderSource<'_> {
 
     /// Metres by which a chord of one unit hangs below the ellipsoid, times four: kx or ky of the lattice.
     fn sagitta_per_square_unit(&self, edge: Edge) -> f64 {
-        let latitude = self.geographic(edge, (edge.along * self.lattice.extent(edge.zoom)) as f64, 0.0).y;
-        let shrink = if edge.is_meridian { 1.0 } else { latitude.to_radians().cos() };
+        let latitude = self
+            .geographic(edge, (edge.along * self.lattice.extent(edge.zoom)) as f64, 0.0)
+            .y;
+        let shrink = if edge.is_meridian {
+            1.0
+        } else {
+            latitude.to_radians().cos()
+        };
         let metres = self.lattice.degrees_per_unit().to_radians() * EARTH_RADIUS * shrink;
         metres * metres / (2.0 * EARTH_RADIUS)
     }
@@ -213,6 +238,10 @@ impl BorderSource<'_> {
 /// Parameters in 0 … 1 at which a coordinate passes whole numbers on its way.
 fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
     let (low, high) = (from.min(to).ceil(), from.max(to).floor());
-    let count = if from == to { 0 } else { (high - low + 1.0).max(0.0) as usize };
+    let count = if from == to {
+        0
+    } else {
+        (high - low + 1.0).max(0.0) as usize
+    };
     (0..count).map(move |index| (low + index as f64 - from) / (to - from))
 }

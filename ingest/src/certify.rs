@@ -13,6 +13,7 @@
 use std::collections::BTreeSet;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use terrain_core::Mesh;
 use terrain_core::reference::Bound;
 use terrain_tiles::ellipsoid::{self, Geodetic};
@@ -36,36 +37,117 @@ struct Place {
     grid: DVec2,
 }
 
-/// An upper bound of the vertical deviation between `surface` and the raster's surface, in metres. `geodetic` gives the
-/// longitude (in the range of the raster's), latitude and height of a vertex.
-pub(crate) fn vertical_error(
-    surface: &Mesh,
-    geodetic: impl Fn(DVec3) -> Geodetic,
-    grid: &HeightGrid,
+/// Measures surfaces against one raster.
+pub(crate) struct Certifier<'a> {
+    grid: &'a HeightGrid,
     bound: Bound,
-) -> f64 {
-    let places: Vec<Place> = surface.positions.iter().map(|&position| place(grid, geodetic(position))).collect();
-    let mut worst: f64 = 0.0;
-    for corners in &surface.triangles {
-        worst = worst.max(at_samples(grid, corners.map(|corner| places[corner as usize])));
+    /// Where longitude depends on the column alone and latitude on the row alone: sine and cosine of each.
+    separable: Option<[Vec<DVec2>; 2]>,
+}
+
+impl<'a> Certifier<'a> {
+    pub(crate) fn new(grid: &'a HeightGrid, bound: Bound) -> Self {
+        let place = |column, row| grid.georeference.geographic(DVec2::new(column as f64, row as f64));
+        let last = place(grid.columns - 1, grid.rows - 1);
+        let is_upright = place(grid.columns - 1, 0).y == place(0, 0).y && place(grid.columns - 1, 0).x == last.x;
+        let sine_and_cosine = |degrees: f64| DVec2::from(degrees.to_radians().sin_cos());
+        let separable = (grid.georeference.is_geographic() && is_upright).then(|| {
+            let columns = (0..grid.columns)
+                .map(|column| sine_and_cosine(place(column, 0).x))
+                .collect();
+            [
+                columns,
+                (0..grid.rows).map(|row| sine_and_cosine(place(0, row).y)).collect(),
+            ]
+        });
+        Self { grid, bound, separable }
     }
-    if bound == Bound::Samples {
-        return worst;
+
+    /// The ellipsoid's normal at a sample.
+    fn up(&self, column: usize, row: usize) -> DVec3 {
+        match &self.separable {
+            Some([longitudes, latitudes]) => {
+                let (longitude, latitude) = (longitudes[column], latitudes[row]);
+                DVec3::new(latitude.y * longitude.y, latitude.y * longitude.x, latitude.x)
+            }
+            None => {
+                let at = self.grid.georeference.geographic(DVec2::new(column as f64, row as f64));
+                ellipsoid::normal(at.x, at.y)
+            }
+        }
     }
-    let ordered = |a: u32, b: u32| (a.min(b), a.max(b));
-    let edges: BTreeSet<(u32, u32)> =
-        surface.triangles.iter().flat_map(|&[a, b, c]| [ordered(a, b), ordered(b, c), ordered(c, a)]).collect();
-    for (from, to) in edges {
-        worst = worst.max(along_edge(grid, places[from as usize], places[to as usize]));
+
+    /// An upper bound of the vertical deviation between `surface` and the raster's surface, in metres. `geodetic` gives
+    /// the longitude (in the range of the raster's), latitude and height of a vertex.
+    pub(crate) fn vertical_error(&self, surface: &Mesh, geodetic: impl Fn(DVec3) -> Geodetic) -> f64 {
+        let grid = self.grid;
+        let places: Vec<Place> = surface
+            .positions
+            .iter()
+            .map(|&position| place(grid, geodetic(position)))
+            .collect();
+        let largest = |a: f64, b: f64| a.max(b);
+        let corners = surface
+            .triangles
+            .par_iter()
+            .map(|corners| corners.map(|corner| places[corner as usize]));
+        let worst = corners.map(|corners| self.at_samples(corners)).reduce(|| 0.0, largest);
+        if self.bound == Bound::Samples {
+            return worst;
+        }
+        let ordered = |a: u32, b: u32| (a.min(b), a.max(b));
+        let edges: BTreeSet<(u32, u32)> = surface
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [ordered(a, b), ordered(b, c), ordered(c, a)])
+            .collect();
+        let along = edges
+            .into_par_iter()
+            .map(|(a, b)| along_edge(grid, places[a as usize], places[b as usize]));
+        along.reduce(|| worst, largest) + curvature_in_a_cell(grid)
     }
-    worst + curvature_in_a_cell(grid)
+
+    fn at_samples(&self, corners: [Place; 3]) -> f64 {
+        let grid = self.grid;
+        let [a, b, c] = corners.map(|corner| corner.space);
+        let normal = (b - a).cross(c - a);
+        let margin = 0.02 + corners_bulge(grid, &corners);
+        let low = corners.iter().map(|corner| corner.grid.y).fold(f64::INFINITY, f64::min) - margin;
+        let high = corners
+            .iter()
+            .map(|corner| corner.grid.y)
+            .fold(f64::NEG_INFINITY, f64::max)
+            + margin;
+        let mut worst: f64 = 0.0;
+        for row in whole_numbers(low, high, grid.rows) {
+            let (from, to) = span(row as f64, margin, corners.map(|corner| corner.grid));
+            for column in whole_numbers(from, to, grid.columns) {
+                let height = grid.height(column, row);
+                let up = self.up(column, row);
+                let sample = ellipsoid::above(up, f64::from(height));
+                let covers =
+                    |(p, q): (DVec3, DVec3)| up.dot((p - sample).cross(q - sample)) >= -BESIDE * (q - p).length();
+                if !height.is_nan() && [(a, b), (b, c), (c, a)].into_iter().all(covers) {
+                    worst = worst.max((normal.dot(sample - a) / normal.dot(up)).abs());
+                }
+            }
+        }
+        worst
+    }
+}
+
+/// The whole numbers from `low` to `high` that are indices below `end`.
+fn whole_numbers(low: f64, high: f64, end: usize) -> std::ops::Range<usize> {
+    low.ceil().max(0.0) as usize..((high.floor() + 1.0).max(0.0) as usize).min(end)
 }
 
 /// What the ellipsoid's curvature can add to the extremes of a bilinear function inside one cell, metres.
 fn curvature_in_a_cell(grid: &HeightGrid) -> f64 {
     let rows = [0.0, 0.5, 1.0].map(|share| (grid.rows - 1) as f64 * share);
     let squared = rows.map(|row| {
-        let cell = grid.georeference.cell_metres(DVec2::new((grid.columns - 1) as f64 / 2.0, row));
+        let cell = grid
+            .georeference
+            .cell_metres(DVec2::new((grid.columns - 1) as f64 / 2.0, row));
         cell.length_squared()
     });
     HIGHER_ORDER * squared.into_iter().fold(0.0, f64::max) / (8.0 * LEAST_RADIUS)
@@ -75,42 +157,10 @@ fn place(grid: &HeightGrid, geodetic: Geodetic) -> Place {
     Place {
         space: ellipsoid::to_earth_centred(geodetic),
         longitude: geodetic.longitude,
-        grid: grid.georeference.grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
+        grid: grid
+            .georeference
+            .grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
     }
-}
-
-fn at_samples(grid: &HeightGrid, corners: [Place; 3]) -> f64 {
-    let [a, b, c] = corners.map(|corner| corner.space);
-    let normal = (b - a).cross(c - a);
-    let margin = 0.02 + corners_bulge(grid, &corners);
-    let low = corners.iter().map(|corner| corner.grid.y).fold(f64::INFINITY, f64::min) - margin;
-    let high = corners.iter().map(|corner| corner.grid.y).fold(f64::NEG_INFINITY, f64::max) + margin;
-    let mut worst: f64 = 0.0;
-    let rows = low.ceil().max(0.0) as usize..((high.floor() + 1.0).max(0.0) as usize).min(grid.rows);
-    for row in rows {
-        let (from, to) = span(row as f64, margin, corners.map(|corner| corner.grid));
-        let columns = from.ceil().max(0.0) as usize..((to.floor() + 1.0).max(0.0) as usize).min(grid.columns);
-        for column in columns {
-            let height = grid.height(column, row);
-            if height.is_nan() {
-                continue;
-            }
-            let at = grid.georeference.geographic(DVec2::new(column as f64, row as f64));
-            let up = ellipsoid::normal(at.x, at.y);
-            let sample = ellipsoid::to_earth_centred(Geodetic {
-                longitude: at.x,
-                latitude: at.y,
-                height: f64::from(height),
-            });
-            let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| {
-                up.dot((p - sample).cross(q - sample)) >= -BESIDE * (q - p).length()
-            });
-            if inside {
-                worst = worst.max((normal.dot(sample - a) / normal.dot(up)).abs());
-            }
-        }
-    }
-    worst
 }
 
 fn along_edge(grid: &HeightGrid, a: Place, b: Place) -> f64 {
@@ -137,7 +187,11 @@ fn along_edge(grid: &HeightGrid, a: Place, b: Place) -> f64 {
 fn on_edge(grid: &HeightGrid, a: Place, b: Place, t: f64) -> (Geodetic, DVec2) {
     let mut geodetic = ellipsoid::to_geodetic(a.space.lerp(b.space, t));
     geodetic.longitude += ((a.longitude - geodetic.longitude) / 360.0).round() * 360.0;
-    (geodetic, grid.georeference.grid(DVec2::new(geodetic.longitude, geodetic.latitude)))
+    (
+        geodetic,
+        grid.georeference
+            .grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
+    )
 }
 
 /// Growing parameters from 0 to 1 between which the edge is inside one cell.
@@ -166,8 +220,13 @@ fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
 
 /// How far, in cells, a straight line in space between the places can leave the straight line on the grid.
 fn corners_bulge(grid: &HeightGrid, corners: &[Place]) -> f64 {
-    let Some((first, rest)) = corners.split_first() else { return 0.0 };
-    let longest = rest.iter().map(|corner| corner.space.distance_squared(first.space)).fold(0.0, f64::max);
+    let Some((first, rest)) = corners.split_first() else {
+        return 0.0;
+    };
+    let longest = rest
+        .iter()
+        .map(|corner| corner.space.distance_squared(first.space))
+        .fold(0.0, f64::max);
     let cell = grid.georeference.cell_metres(first.grid).min_element();
     let up = first.space.normalize();
     let steepness = 1.0 + (up.z / up.truncate().length().max(1e-3)).abs();
@@ -178,14 +237,22 @@ fn corners_bulge(grid: &HeightGrid, corners: &[Place]) -> f64 {
 /// First and last column of the triangle between `row − margin` and `row + margin`, each moved out by the margin.
 fn span(row: f64, margin: f64, corners: [DVec2; 3]) -> (f64, f64) {
     let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (p, q) in [(corners[0], corners[1]), (corners[1], corners[2]), (corners[2], corners[0])] {
+    for (p, q) in [
+        (corners[0], corners[1]),
+        (corners[1], corners[2]),
+        (corners[2], corners[0]),
+    ] {
         let (low, high) = if p.y <= q.y { (p, q) } else { (q, p) };
         let (bottom, top) = (low.y.max(row - margin), high.y.min(row + margin));
         if bottom > top {
             continue;
         }
         let at = |y: f64| low.lerp(high, (y - low.y) / (high.y - low.y)).x;
-        let ends = if high.y > low.y { [at(bottom), at(top)] } else { [low.x, high.x] };
+        let ends = if high.y > low.y {
+            [at(bottom), at(top)]
+        } else {
+            [low.x, high.x]
+        };
         from = from.min(ends[0]).min(ends[1]);
         to = to.max(ends[0]).max(ends[1]);
     }

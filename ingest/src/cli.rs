@@ -57,6 +57,9 @@ pub(crate) struct BuildArgs {
     /// Largest error of the finest tiles, in metres; derived from the raster if not given, doubled a zoom upwards.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
+    /// Where the error is bounded.
+    #[arg(long, value_enum, default_value = "surface")]
+    pub(crate) bound: Bound,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
+use terrain_core::reference;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, peak_memory, pyramid, raster, tin, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
@@ -31,7 +32,7 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let grid = read(&arguments.dems, arguments.raster, &progress)?;
     let options = pyramid::Options {
         max_error: arguments.max_error,
-        ..pyramid::Options::default()
+        bound: arguments.bound.into(),
     };
     let report = pyramid::build(&grid, &options, &output, &progress).map_err(Failure::Other)?;
     print_finished(report, &output, started, arguments.run.json)
@@ -138,6 +139,15 @@ fn bound_name(bound: Bound) -> &'static str {
     match bound {
         Bound::Surface => "surface",
         Bound::Samples => "samples",
+    }
+}
+
+impl From<Bound> for reference::Bound {
+    fn from(bound: Bound) -> Self {
+        match bound {
+            Bound::Surface => Self::Surface,
+            Bound::Samples => Self::Samples,
+        }
     }
 }
 

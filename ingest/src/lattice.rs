@@ -19,20 +19,48 @@ pub(crate) struct Square {
 
 impl Square {
     pub(crate) fn parent(self) -> Self {
-        Self { zoom: self.zoom - 1, x: self.x.div_euclid(2), y: self.y / 2 }
+        Self {
+            zoom: self.zoom - 1,
+            x: self.x.div_euclid(2),
+            y: self.y / 2,
+        }
     }
 
     pub(crate) fn address(self) -> TileAddress {
-        TileAddress { zoom: self.zoom, x: self.x.rem_euclid(2 << self.zoom) as u32, y: self.y as u32 }
+        TileAddress {
+            zoom: self.zoom,
+            x: self.x.rem_euclid(2 << self.zoom) as u32,
+            y: self.y as u32,
+        }
     }
 
     pub(crate) fn edge(self, side: Side) -> Edge {
         let Self { zoom, x, y } = self;
         match side {
-            Side::West => Edge { zoom, is_meridian: true, line: x, along: y },
-            Side::East => Edge { zoom, is_meridian: true, line: x + 1, along: y },
-            Side::South => Edge { zoom, is_meridian: false, line: y, along: x },
-            Side::North => Edge { zoom, is_meridian: false, line: y + 1, along: x },
+            Side::West => Edge {
+                zoom,
+                is_meridian: true,
+                line: x,
+                along: y,
+            },
+            Side::East => Edge {
+                zoom,
+                is_meridian: true,
+                line: x + 1,
+                along: y,
+            },
+            Side::South => Edge {
+                zoom,
+                is_meridian: false,
+                line: y,
+                along: x,
+            },
+            Side::North => Edge {
+                zoom,
+                is_meridian: false,
+                line: y + 1,
+                along: x,
+            },
         }
     }
 }
@@ -52,7 +80,12 @@ pub(crate) struct Edge {
 impl Edge {
     /// The two halves, a zoom down.
     pub(crate) fn halves(self) -> [Self; 2] {
-        [0, 1].map(|half| Self { zoom: self.zoom + 1, line: self.line * 2, along: self.along * 2 + half, ..self })
+        [0, 1].map(|half| Self {
+            zoom: self.zoom + 1,
+            line: self.line * 2,
+            along: self.along * 2 + half,
+            ..self
+        })
     }
 }
 

@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
 use terrain_core::Mesh;
+use terrain_core::mesh;
 use terrain_core::reference::Reference;
 use terrain_core::triangulate::{self, Frame, Outline, Refinement, stepped};
 use terrain_tiles::address::Side;
@@ -25,7 +26,10 @@ const ROUNDING: i64 = 16;
 
 /// The frame of a square in its own lattice coordinates.
 pub(crate) fn frame(lattice: Lattice, square: Square) -> Frame {
-    Frame { extent: lattice.extent(square.zoom) as f64, width: STRIP as f64 }
+    Frame {
+        extent: lattice.extent(square.zoom) as f64,
+        width: STRIP as f64,
+    }
 }
 
 /// Which of a run's two sides belongs to the square that the run is the `side` of.
@@ -80,9 +84,22 @@ pub(crate) fn finest_mesh(
     builder.add_raster_outline();
     builder.add_inner_lines();
     let frame = Some(frame(lattice, square));
-    let refinement = Refinement { tolerance, height_step: lattice.height_step(), frame };
-    triangulate::triangulate(&builder.outline, reference, refinement, |plan| builder.is_inside(plan))
-        .with_context(|| format!("tile {}", square.address()))
+    let refinement = Refinement {
+        tolerance,
+        height_step: lattice.height_step(),
+        frame,
+    };
+    let mut mesh = triangulate::triangulate(&builder.outline, reference, refinement, |plan| builder.is_inside(plan))
+        .with_context(|| format!("tile {}", square.address()))?;
+    mesh::separate_fans(&mut mesh, |position| is_on_side(position, lattice.extent(square.zoom)));
+    Ok(mesh)
+}
+
+/// Whether a lattice position lies on a side of its square, where it is shared with neighbours.
+pub(crate) fn is_on_side(position: DVec3, extent: i64) -> bool {
+    [position.x, position.y]
+        .iter()
+        .any(|&coordinate| coordinate == 0.0 || coordinate == extent as f64)
 }
 
 struct Builder<'a> {
@@ -101,7 +118,9 @@ struct Builder<'a> {
 impl Builder<'_> {
     fn vertex(&mut self, at: [i64; 2], height: f64) -> u32 {
         *self.numbers.entry(at).or_insert_with(|| {
-            self.outline.vertices.push(DVec3::new(at[0] as f64, at[1] as f64, height));
+            self.outline
+                .vertices
+                .push(DVec3::new(at[0] as f64, at[1] as f64, height));
             self.outline.vertices.len() as u32 - 1
         })
     }
@@ -113,7 +132,8 @@ impl Builder<'_> {
     }
 
     fn grid(&self, plan: DVec2) -> DVec2 {
-        self.georeference.grid(self.lattice.geographic(plan + self.lattice.origin(self.square)))
+        self.georeference
+            .grid(self.lattice.geographic(plan + self.lattice.origin(self.square)))
     }
 
     fn plan(&self, grid: DVec2) -> DVec2 {
@@ -183,12 +203,18 @@ impl Builder<'_> {
     fn outline_vertex(&mut self, at: [i64; 2]) -> u32 {
         for (side, curve) in Side::ALL.into_iter().zip(self.sides) {
             let start = side_start(self.lattice, self.square, side);
-            let (across, along) = if side_is_meridian(side) { (at[0], at[1]) } else { (at[1], at[0]) };
+            let (across, along) = if side_is_meridian(side) {
+                (at[0], at[1])
+            } else {
+                (at[1], at[0])
+            };
             if across != if own_half(side) == 1 { 0 } else { self.extent } {
                 continue;
             }
             let ends = own_runs(curve, side).flat_map(Run::ends).map(|end| end - start);
-            if let Some(end) = ends.min_by_key(|end| (end - along).abs()).filter(|end| (end - along).abs() <= ROUNDING)
+            if let Some(end) = ends
+                .min_by_key(|end| (end - along).abs())
+                .filter(|end| (end - along).abs() <= ROUNDING)
             {
                 let at = on_side(side, end as f64, self.extent as f64);
                 return self.surface_vertex([at.x as i64, at.y as i64]);
@@ -205,7 +231,11 @@ impl Builder<'_> {
         let [low, high] = [STRIP, self.extent - STRIP];
         for axis in [0, 1] {
             for line in [low, high] {
-                let crossings = self.on_inner_lines.iter().filter(|at| at[axis] == line).map(|at| at[1 - axis]);
+                let crossings = self
+                    .on_inner_lines
+                    .iter()
+                    .filter(|at| at[axis] == line)
+                    .map(|at| at[1 - axis]);
                 let mut stops: Vec<i64> = crossings.filter(|along| (low..=high).contains(along)).collect();
                 stops.extend([low, high]);
                 stops.sort_unstable();
@@ -227,10 +257,14 @@ impl Builder<'_> {
     fn outline_steps(&self) -> Vec<[DVec2; 2]> {
         let extent = self.extent as f64;
         let places = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * extent);
-        let around = places.iter().flat_map(|&x| places.iter().map(move |&y| DVec2::new(x, y)));
+        let around = places
+            .iter()
+            .flat_map(|&x| places.iter().map(move |&y| DVec2::new(x, y)));
         let (low, high) = around
             .map(|plan| self.grid(plan))
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), grid| (low.min(grid), high.max(grid)));
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), grid| {
+                (low.min(grid), high.max(grid))
+            });
         let limit = DVec2::new(self.reference.columns as f64, self.reference.rows as f64);
         let (low, high) = ((low - 3.0).max(DVec2::ZERO).floor(), (high + 3.0).min(limit).ceil());
         let valid = |column: f64, row: f64| self.reference.cell_is_valid(column as i64, row as i64);

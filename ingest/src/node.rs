@@ -21,7 +21,7 @@ use terrain_tiles::ellipsoid::Geodetic;
 use terrain_tiles::tile::{Detail, Tile};
 
 use crate::border::BorderCurve;
-use crate::certify;
+use crate::certify::Certifier;
 use crate::height_grid::HeightGrid;
 use crate::lattice::{Lattice, STRIP, Square};
 use crate::leaf;
@@ -40,13 +40,14 @@ pub(crate) struct Build<'a> {
     pub(crate) grid: &'a HeightGrid,
     pub(crate) lattice: Lattice,
     pub(crate) bound: Bound,
+    pub(crate) certifier: Certifier<'a>,
 }
 
 /// A finest mesh and what is claimed of it so far.
 pub(crate) struct Finest {
     pub(crate) mesh: Mesh,
-    /// Metres that the outline may stray from the raster's.
-    pub(crate) outline_error: f64,
+    /// Metres by which collapses may have moved the outline from the raster's.
+    pub(crate) outline_strayed: f64,
 }
 
 /// A finished tile.
@@ -58,13 +59,18 @@ pub(crate) struct Node {
     pub(crate) finest_error: f64,
     pub(crate) coarsest_error: f64,
     pub(crate) outline_error: f64,
+    /// The part of it that the parent inherits: what collapses did, without the bulge of straight edges in space.
+    pub(crate) outline_strayed: f64,
     pub(crate) triangles: usize,
     pub(crate) heights: [f64; 2],
 }
 
 impl Build<'_> {
     pub(crate) fn shape(&self) -> Shape {
-        Shape { height_step: self.lattice.height_step(), least_altitude: LEAST_ALTITUDE }
+        Shape {
+            height_step: self.lattice.height_step(),
+            least_altitude: LEAST_ALTITUDE,
+        }
     }
 
     /// Makes a tile of its finest mesh; `tolerance` is the zoom's error in metres.
@@ -81,16 +87,25 @@ impl Build<'_> {
     ) -> Result<Node> {
         let kinds = kinds(&finest.mesh, self.lattice.extent(square.zoom));
         let mut simplifier = Simplifier::new(&finest.mesh, kinds, reference, self.shape());
-        self.collapse_sides(&mut simplifier, square, &finest.mesh, sides)?;
+        self.collapse_sides(&mut simplifier, square, &finest.mesh, sides, tolerance)?;
         let mut strays = vec![0.0; Side::ALL.len()];
         for rung in 1..=RUNGS {
             let error = tolerance * (f64::from(rung) / f64::from(RUNGS)).exp2();
-            let outline = (error - finest.outline_error).max(0.0);
-            simplifier.simplify(Allowance { vertical: error * MODEL_SHARE, outline });
+            let outline = (error - finest.outline_strayed).max(0.0);
+            simplifier.simplify(Allowance {
+                vertical: error * MODEL_SHARE,
+                outline,
+            });
             strays.push(simplifier.outline_strayed());
         }
         let partition = SurfacePartition::from_log(&finest.mesh, simplifier.log(), 0.0)?;
-        let outline_errors = strays.iter().rev().chain([&0.0]).map(|stray| stray + finest.outline_error).collect();
+        let outline_errors = strays
+            .iter()
+            .rev()
+            .chain([&0.0])
+            .map(|stray| stray + finest.outline_strayed)
+            .collect();
+        let outline_strayed = finest.outline_strayed + simplifier.outline_strayed();
         let tile = Tile {
             address: square.address(),
             extent_bits: self.lattice.extent_bits(square.zoom),
@@ -98,10 +113,10 @@ impl Build<'_> {
             partition,
             outline_errors,
         };
-        self.finish(square, self.certified(square, tile))
+        self.finish(square, self.certified(square, tile), outline_strayed)
     }
 
-    fn finish(&self, square: Square, tile: Tile) -> Result<Node> {
+    fn finish(&self, square: Square, tile: Tile, outline_strayed: f64) -> Result<Node> {
         let bytes = codec::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
         let levels = &tile.partition.levels;
         let finest = tile.surface(tile.finest());
@@ -113,8 +128,12 @@ impl Build<'_> {
             finest_error: f64::from(codec::rounded_up(levels[levels.len() - 1].error)),
             coarsest_error: f64::from(codec::rounded_up(levels[0].error)),
             outline_error: f64::from(codec::rounded_up(tile.outline_errors[0])),
+            outline_strayed,
             triangles: finest.triangles.len(),
-            heights: [heights.clone().fold(f64::INFINITY, f64::min), heights.fold(f64::NEG_INFINITY, f64::max)],
+            heights: [
+                heights.clone().fold(f64::INFINITY, f64::min),
+                heights.fold(f64::NEG_INFINITY, f64::max),
+            ],
         })
     }
 
@@ -124,10 +143,13 @@ impl Build<'_> {
         square: Square,
         mesh: &Mesh,
         sides: [&BorderCurve; 4],
+        tolerance: f64,
     ) -> Result<()> {
         let key = |p: DVec2| [p.x as i64, p.y as i64];
-        let numbers: HashMap<[i64; 2], u32> =
-            (0_u32..).zip(&mesh.positions).map(|(number, position)| (key(position.truncate()), number)).collect();
+        let numbers: HashMap<[i64; 2], u32> = (0_u32..)
+            .zip(&mesh.positions)
+            .map(|(number, position)| (key(position.truncate()), number))
+            .collect();
         let extent = self.lattice.extent(square.zoom) as f64;
         for (side, curve) in Side::ALL.into_iter().zip(sides).rev() {
             let start = leaf::side_start(self.lattice, square, side);
@@ -139,7 +161,7 @@ impl Build<'_> {
                 let vertices: Option<Vec<(u32, bool)>> = run.vertices().map(vertex).collect();
                 let vertices = vertices
                     .with_context(|| format!("tile {}: a vertex of its {side:?} side is missing", square.address()))?;
-                collapse_between(simplifier, &vertices)
+                collapse_between(simplifier, vertices, tolerance * MODEL_SHARE)
                     .with_context(|| format!("tile {}, {side:?} side", square.address()))?;
             }
             simplifier.close_band(0.0);
@@ -158,7 +180,10 @@ impl Build<'_> {
         tile.partition.levels[count - 1].error = full;
         tile.outline_errors[count - 1] = outline;
         for level in (0..interior).rev() {
-            let mesh = tile.surface(Detail { interior: level, fine_sides: [false; 4] });
+            let mesh = tile.surface(Detail {
+                interior: level,
+                fine_sides: [false; 4],
+            });
             error = self.error_of(square, &mesh).max(error);
             outline = outline.max(tile.outline_errors[level] + bulge(&mesh));
             let last = if level + 1 == interior { count - 1 } else { level + 1 };
@@ -171,12 +196,19 @@ impl Build<'_> {
     }
 
     fn error_of(&self, square: Square, mesh: &Mesh) -> f64 {
-        certify::vertical_error(mesh, |position| self.geodetic(square, position), self.grid, self.bound)
+        self.certifier
+            .vertical_error(mesh, |position| self.geodetic(square, position))
     }
 
     pub(crate) fn geodetic(&self, square: Square, position: DVec3) -> Geodetic {
-        let at = self.lattice.geographic(position.truncate() + self.lattice.origin(square));
-        Geodetic { longitude: at.x, latitude: at.y, height: position.z }
+        let at = self
+            .lattice
+            .geographic(position.truncate() + self.lattice.origin(square));
+        Geodetic {
+            longitude: at.x,
+            latitude: at.y,
+            height: position.z,
+        }
     }
 
     /// How far, in metres, edges of the outline that are straight in space bulge from straight ones on the map.
@@ -198,30 +230,52 @@ impl Build<'_> {
     }
 }
 
-/// Collapses the vertices that are not coarse, from both ends of each gap towards its middle.
-fn collapse_between(simplifier: &mut Simplifier, vertices: &[(u32, bool)]) -> Result<()> {
-    let kept: Vec<usize> = (0..vertices.len()).filter(|&index| vertices[index].1).collect();
-    for pair in kept.windows(2) {
-        let (mut first, mut last) = (pair[0], pair[1]);
-        while first + 1 < last {
-            let [left, right] = [vertices[pair[0]].0, vertices[pair[1]].0];
-            if simplifier.collapse_border(vertices[first + 1].0, left) {
-                first += 1;
-            } else if simplifier.collapse_border(vertices[last - 1].0, right) {
-                last -= 1;
-            } else {
-                let at = simplifier.position(vertices[first + 1].0);
-                bail!("the vertex at lattice position {}, {} cannot be collapsed", at.x, at.y);
+/// Collapses the vertices that are not coarse into their neighbours along the side: first those that keep within the
+/// tolerance, again and again, then the rest.
+fn collapse_between(simplifier: &mut Simplifier, mut vertices: Vec<(u32, bool)>, tolerance: f64) -> Result<()> {
+    for allowed in [tolerance, f64::INFINITY] {
+        let mut before = usize::MAX;
+        while vertices.len() < before {
+            before = vertices.len();
+            let mut index = 1;
+            while index + 1 < vertices.len() {
+                let (vertex, is_kept) = vertices[index];
+                let beside = [vertices[index - 1].0, vertices[index + 1].0];
+                if !is_kept
+                    && beside
+                        .into_iter()
+                        .any(|red| simplifier.collapse_border(vertex, red, allowed))
+                {
+                    vertices.remove(index);
+                } else {
+                    index += 1;
+                }
             }
         }
     }
-    Ok(())
+    match vertices
+        .iter()
+        .rev()
+        .skip(1)
+        .rev()
+        .skip(1)
+        .find(|(_, is_kept)| !is_kept)
+    {
+        Some(&(vertex, _)) => {
+            let at = simplifier.position(vertex);
+            bail!("the vertex at lattice position {}, {} cannot be collapsed", at.x, at.y)
+        }
+        None => Ok(()),
+    }
 }
 
 /// What each vertex of a tile may do, by where it lies. Outlines inside the square are the simplifier's to find.
 pub(crate) fn kinds(mesh: &Mesh, extent: i64) -> Vec<VertexKind> {
     let (extent, width) = (extent as f64, STRIP as f64);
-    let outline: HashSet<u32> = boundary_edges(&mesh.triangles).into_iter().flat_map(|(a, b)| [a, b]).collect();
+    let outline: HashSet<u32> = boundary_edges(&mesh.triangles)
+        .into_iter()
+        .flat_map(|(a, b)| [a, b])
+        .collect();
     let kind = |(number, position): (u32, &DVec3)| {
         let from_side = [position.x, position.y].map(|coordinate| coordinate.min(extent - coordinate));
         let [on_column, on_row] = from_side.map(|distance| distance == width);
@@ -242,5 +296,9 @@ pub(crate) fn kinds(mesh: &Mesh, extent: i64) -> Vec<VertexKind> {
 fn boundary_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32)> {
     let edges = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
     let all: HashSet<(u32, u32)> = triangles.iter().flat_map(edges).collect();
-    triangles.iter().flat_map(edges).filter(|&(a, b)| !all.contains(&(b, a))).collect()
+    triangles
+        .iter()
+        .flat_map(edges)
+        .filter(|&(a, b)| !all.contains(&(b, a)))
+        .collect()
 }

@@ -27,6 +27,7 @@ use terrain_tiles::archive::Writer;
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
 
 use crate::border::{BorderCurve, BorderSource};
+use crate::certify::Certifier;
 use crate::height_grid::HeightGrid;
 use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
@@ -39,8 +40,8 @@ const SAMPLES_ACROSS_A_LEAF: f64 = 128.0;
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 16.0;
 /// Height steps in the asked error, at least.
 const STEPS_IN_AN_ERROR: f64 = 64.0;
-/// Share of a zoom's error within which its sides are simplified; the parent's is then 0.9 of this zoom's error.
-const SIDE_SHARE: f64 = 0.45;
+/// Share of a zoom's error within which its sides are simplified; the parent's within 0.8 of it.
+const SIDE_SHARE: f64 = 0.4;
 /// Shares of the tolerance to try for a leaf until its certificate is what was asked for.
 const LEAF_SHARES: [f64; 4] = [MODEL_SHARE, 0.93, 0.8, 0.6];
 /// Metres in a degree of latitude, roughly.
@@ -59,7 +60,10 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { max_error: None, bound: Bound::Surface }
+        Self {
+            max_error: None,
+            bound: Bound::Surface,
+        }
     }
 }
 
@@ -76,8 +80,18 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "zoom  tiles  triangles  error, finest … coarsest level")?;
         for zoom in self.metadata.zooms.iter().rev() {
-            let Zoom { zoom, tiles, triangles, finest_error, coarsest_error, .. } = zoom;
-            writeln!(f, "{zoom:>4}  {tiles:>5}  {triangles:>9}  {finest_error:.2} … {coarsest_error:.2} m")?;
+            let Zoom {
+                zoom,
+                tiles,
+                triangles,
+                finest_error,
+                coarsest_error,
+                ..
+            } = zoom;
+            writeln!(
+                f,
+                "{zoom:>4}  {tiles:>5}  {triangles:>9}  {finest_error:.2} … {coarsest_error:.2} m"
+            )?;
         }
         write!(f, "{:.1} MB of tiles", self.tile_bytes as f64 / 1e6)
     }
@@ -152,7 +166,8 @@ impl Finished {
         for node in nodes {
             let [low, high] = self.heights.unwrap_or(node.heights);
             self.heights = Some([low.min(node.heights[0]), high.max(node.heights[1])]);
-            self.tiles.insert(node.square.address(), std::mem::take(&mut node.bytes));
+            self.tiles
+                .insert(node.square.address(), std::mem::take(&mut node.bytes));
         }
     }
 }
@@ -167,16 +182,27 @@ struct Pyramid<'a> {
 impl<'a> Pyramid<'a> {
     fn new(grid: &'a HeightGrid, bound: Bound, max_error: f64) -> Self {
         let degrees = centre_cell(grid).min_element() / METRES_IN_A_DEGREE;
-        let zoom = (180.0 / (degrees * SAMPLES_ACROSS_A_LEAF)).log2().round().clamp(0.0, 24.0);
+        let zoom = (180.0 / (degrees * SAMPLES_ACROSS_A_LEAF))
+            .log2()
+            .round()
+            .clamp(0.0, 24.0);
         let height_exponent = (max_error / STEPS_IN_AN_ERROR).log2().floor().clamp(-20.0, 20.0);
-        let lattice = Lattice { leaf_zoom: zoom as u8, height_exponent: height_exponent as i8 };
+        let lattice = Lattice {
+            leaf_zoom: zoom as u8,
+            height_exponent: height_exponent as i8,
+        };
         let middle = (grid.columns - 1) as f64 / 2.0;
         let row_curvature = |row| {
             let cell = grid.georeference.cell_metres(DVec2::new(middle, row as f64));
             cell * cell / (2.0 * EARTH_RADIUS)
         };
         Self {
-            build: Build { grid, lattice, bound },
+            build: Build {
+                grid,
+                lattice,
+                bound,
+                certifier: Certifier::new(grid, bound),
+            },
             max_error,
             bounds: grid.georeference.geographic_bounds(),
             curvature: (0..grid.rows).map(row_curvature).collect(),
@@ -225,7 +251,11 @@ impl<'a> Pyramid<'a> {
         let last_row = (1_i64 << lattice.leaf_zoom) - 1;
         let rows = (low.y as i64).max(0)..=(high.y as i64 - 1).min(last_row);
         let columns = low.x as i64..high.x as i64;
-        let square = |x, y| Square { zoom: lattice.leaf_zoom, x, y };
+        let square = |x, y| Square {
+            zoom: lattice.leaf_zoom,
+            x,
+            y,
+        };
         rows.flat_map(|y| columns.clone().map(move |x| square(x, y))).collect()
     }
 
@@ -272,12 +302,18 @@ impl<'a> Pyramid<'a> {
             let halves = edge.halves().map(|half| sides.get(&half));
             (edge, BorderCurve::of_halves(&source, edge, halves, tolerance))
         };
-        edges_of(&squares.into_iter().collect::<Vec<_>>()).into_par_iter().map(curve).collect()
+        edges_of(&squares.into_iter().collect::<Vec<_>>())
+            .into_par_iter()
+            .map(curve)
+            .collect()
     }
 
     fn leaves(&self, sides: &BTreeMap<Edge, BorderCurve>, progress: &Progress) -> Result<Vec<Node>> {
         let squares = self.leaf_squares();
-        progress.stage(&format!("tiles of zoom {}", self.build.lattice.leaf_zoom), squares.len() as u64);
+        progress.stage(
+            &format!("tiles of zoom {}", self.build.lattice.leaf_zoom),
+            squares.len() as u64,
+        );
         let leaf = |square: Square| {
             let node = self.leaf(square, sides_of(square, sides)?);
             progress.advance(1);
@@ -289,7 +325,9 @@ impl<'a> Pyramid<'a> {
     }
 
     fn leaf(&self, square: Square, sides: [&BorderCurve; 4]) -> Result<Option<Node>> {
-        let Some(reference) = self.reference_under(square) else { return Ok(None) };
+        let Some(reference) = self.reference_under(square) else {
+            return Ok(None);
+        };
         for share in LEAF_SHARES {
             let Some(finest) = self.leaf_mesh(square, &reference, sides, share * self.max_error)? else {
                 return Ok(None);
@@ -321,9 +359,15 @@ impl<'a> Pyramid<'a> {
         let rounding = lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
         let mut simplifier = Simplifier::new(&mesh, kinds, reference, self.build.shape());
-        simplifier.simplify(Allowance { vertical: tolerance, outline: (self.max_error - rounding).max(0.0) });
-        let outline_error = rounding + simplifier.outline_strayed();
-        Ok(Some(Finest { mesh: simplifier.mesh().0, outline_error }))
+        simplifier.simplify(Allowance {
+            vertical: tolerance,
+            outline: (self.max_error - rounding).max(0.0),
+        });
+        let outline_strayed = rounding + simplifier.outline_strayed();
+        Ok(Some(Finest {
+            mesh: simplifier.mesh().0,
+            outline_strayed,
+        }))
     }
 
     fn parents(
@@ -341,8 +385,11 @@ impl<'a> Pyramid<'a> {
         let parent = |(square, family): (Square, Vec<Node>)| {
             let sides = sides_of(square, sides).context("a side is missing")?;
             let reference = self.reference_under(square).context("a tile is outside the raster")?;
-            let outline_error = family.iter().map(|child| child.outline_error).fold(0.0, f64::max);
-            let finest = Finest { mesh: self.welded(&family)?, outline_error };
+            let outline_strayed = family.iter().map(|child| child.outline_strayed).fold(0.0, f64::max);
+            let finest = Finest {
+                mesh: self.welded(&family)?,
+                outline_strayed,
+            };
             let node = self.build.node(square, &reference, finest, sides, self.error_at(zoom));
             progress.advance(1);
             node
@@ -357,20 +404,30 @@ impl<'a> Pyramid<'a> {
         let mut mesh = Mesh::default();
         let mut numbers: HashMap<[i64; 2], u32> = HashMap::new();
         for child in family {
+            let extent = self.build.lattice.extent(child.square.zoom);
             let mut number = Vec::with_capacity(child.coarsest.positions.len());
             for &position in &child.coarsest.positions {
                 let at = self.build.lattice.in_parent(child.square, position);
-                let found = *numbers.entry([at.x as i64, at.y as i64]).or_insert_with(|| {
+                let own = mesh.positions.len() as u32;
+                let is_shared = leaf::is_on_side(position, extent);
+                let found = if is_shared {
+                    *numbers.entry([at.x as i64, at.y as i64]).or_insert(own)
+                } else {
+                    own
+                };
+                if found == own {
                     mesh.positions.push(at);
-                    mesh.positions.len() as u32 - 1
-                });
-                if mesh.positions[found as usize] != at {
-                    bail!("tile {}: its side does not meet its neighbour's", child.square.address());
+                } else if mesh.positions[found as usize] != at {
+                    bail!(
+                        "tile {}: its side does not meet its neighbour's",
+                        child.square.address()
+                    );
                 }
                 number.push(found);
             }
             let triangles = child.coarsest.triangles.iter();
-            mesh.triangles.extend(triangles.map(|corners| corners.map(|corner| number[corner as usize])));
+            mesh.triangles
+                .extend(triangles.map(|corners| corners.map(|corner| number[corner as usize])));
         }
         Ok(mesh)
     }
@@ -408,7 +465,10 @@ fn centre_cell(grid: &HeightGrid) -> DVec2 {
 }
 
 fn edges_of(squares: &[Square]) -> BTreeSet<Edge> {
-    squares.iter().flat_map(|square| Side::ALL.map(|side| square.edge(side))).collect()
+    squares
+        .iter()
+        .flat_map(|square| Side::ALL.map(|side| square.edge(side)))
+        .collect()
 }
 
 fn sides_of(square: Square, sides: &BTreeMap<Edge, BorderCurve>) -> Option<[&BorderCurve; 4]> {
@@ -432,7 +492,9 @@ fn rectangles(addresses: impl Iterator<Item = TileAddress>) -> Vec<[u32; 4]> {
             }
         }
         for [first, last] in runs {
-            let above = found.iter_mut().find(|r| r[0] == first && r[2] == last && r[3] + 1 == y);
+            let above = found
+                .iter_mut()
+                .find(|r| r[0] == first && r[2] == last && r[3] + 1 == y);
             match above {
                 Some(rectangle) => rectangle[3] = y,
                 None => found.push([first, y, last, y]),

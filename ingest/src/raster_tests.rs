@@ -1,6 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
-use std::fs;
+use std::{fs, slice};
 
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, Layer, LayerAttributes};
 use exr::prelude::{FlatSamples, Image, WritableImage};
@@ -231,14 +231,14 @@ fn the_caller_can_say_where_a_raster_is() {
         bounds: Some([-8.0, 1.0, -4.0, 2.0]),
         ..ReadOptions::default()
     };
-    let grid = read(&[path.clone()], &options).unwrap();
+    let grid = read(slice::from_ref(&path), &options).unwrap();
     assert_eq!(grid.georeference.geographic_bounds(), [-7.5, 1.25, -4.5, 1.75]);
     let without_bounds = ReadOptions {
         bounds: None,
         ..options.clone()
     };
     assert!(matches!(
-        read(&[path.clone()], &without_bounds),
+        read(slice::from_ref(&path), &without_bounds),
         Err(ReadError::NoPosition(_))
     ));
     let unordered = ReadOptions {
@@ -246,7 +246,7 @@ fn the_caller_can_say_where_a_raster_is() {
         ..options.clone()
     };
     assert!(matches!(
-        read(&[path.clone()], &unordered),
+        read(slice::from_ref(&path), &unordered),
         Err(ReadError::BadBounds(_))
     ));
     let unknown = ReadOptions {
@@ -274,7 +274,7 @@ fn limits_hold_before_memory_is_taken() {
             ..ReadOptions::default()
         };
         assert!(
-            matches!(read(&[path.clone()], &options), Err(ReadError::TooLarge { .. })),
+            matches!(read(slice::from_ref(&path), &options), Err(ReadError::TooLarge { .. })),
             "{limits:?}"
         );
     }
@@ -327,7 +327,7 @@ fn an_exr_height_map_is_read_where_the_caller_says_it_is() {
         bounds: Some([500_000.0, 4_000_000.0, 500_030.0, 4_000_020.0]),
         ..ReadOptions::default()
     };
-    let grid = read(&[path.clone()], &options).unwrap();
+    let grid = read(slice::from_ref(&path), &options).unwrap();
     assert_heights(&grid, &[1.0, 2.0, 3.0, 4.0, f32::NAN, 6.25]);
     assert_eq!(
         grid.georeference.crs_coordinates(DVec2::ZERO),
@@ -340,7 +340,7 @@ fn an_exr_height_map_is_read_where_the_caller_says_it_is() {
     };
     assert!(matches!(
         read(
-            &[path.clone()],
+            slice::from_ref(&path),
             &ReadOptions {
                 limits,
                 ..options.clone()

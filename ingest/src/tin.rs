@@ -17,6 +17,7 @@ use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 use terrain_core::Mesh;
+use terrain_core::mesh;
 use terrain_core::plan::PlanMap;
 use terrain_core::reference::{Bound, GridPoint, Reference};
 use terrain_core::simplify::{Allowance, Shape, Simplifier, VertexKind};
@@ -56,8 +57,16 @@ pub struct Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { vertices, triangles, certified_error, bound } = self;
-        write!(f, "{triangles} triangles, {vertices} vertices, certified error {certified_error} m ({bound})")
+        let Self {
+            vertices,
+            triangles,
+            certified_error,
+            bound,
+        } = self;
+        write!(
+            f,
+            "{triangles} triangles, {vertices} vertices, certified error {certified_error} m ({bound})"
+        )
     }
 }
 
@@ -88,7 +97,9 @@ pub fn run(grid: &HeightGrid, options: &Options, output: &Path, progress: &Progr
         bound: bound_name(options.bound),
     };
     let in_crs = |position: DVec3| {
-        let at = grid.georeference.crs_coordinates(reference.plan.grid(position.truncate()));
+        let at = grid
+            .georeference
+            .crs_coordinates(reference.plan.grid(position.truncate()));
         at.extend(position.z)
     };
     write(output, &mesh, in_crs, &report).with_context(|| format!("{}", output.display()))?;
@@ -126,26 +137,41 @@ fn reference<'a>(grid: &'a HeightGrid, is_flipped: bool, curvature: &'a [DVec2],
 }
 
 fn refined(reference: &Reference, options: &Options) -> Result<Mesh> {
-    let refinement = Refinement { tolerance: options.max_error * SHARE, height_step: 0.0, frame: None };
+    let refinement = Refinement {
+        tolerance: options.max_error * SHARE,
+        height_step: 0.0,
+        frame: None,
+    };
     let is_inside = |plan: DVec2| {
         let cell = reference.plan.grid(plan).floor();
         reference.cell_is_valid(cell.x as i64, cell.y as i64)
     };
-    Ok(triangulate(&outline(reference), reference, refinement, is_inside)?)
+    let mut mesh = triangulate(&outline(reference), reference, refinement, is_inside)?;
+    mesh::separate_fans(&mut mesh, |_| false);
+    Ok(mesh)
 }
 
 fn simplified(fine: &Mesh, reference: &Reference, options: &Options) -> Mesh {
-    let shape = Shape { height_step: 0.0, least_altitude: LEAST_ALTITUDE };
+    let shape = Shape {
+        height_step: 0.0,
+        least_altitude: LEAST_ALTITUDE,
+    };
     let kinds = vec![VertexKind::Free; fine.positions.len()];
     let mut simplifier = Simplifier::new(fine, kinds, reference, shape);
-    simplifier.simplify(Allowance { vertical: options.max_error * SHARE, outline: 0.0 });
+    simplifier.simplify(Allowance {
+        vertical: options.max_error * SHARE,
+        outline: 0.0,
+    });
     simplifier.mesh().0
 }
 
 fn measured(reference: &Reference, mesh: &Mesh) -> f64 {
     let point = |vertex: u32| {
         let position = mesh.positions[vertex as usize];
-        GridPoint { grid: reference.plan.grid(position.truncate()), height: position.z }
+        GridPoint {
+            grid: reference.plan.grid(position.truncate()),
+            height: position.z,
+        }
     };
     let of_triangle = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(point);
@@ -153,7 +179,9 @@ fn measured(reference: &Reference, mesh: &Mesh) -> f64 {
             Bound::Surface => [(a, b), (b, c), (c, a)].map(|(p, q)| reference.edge_deviation(p, q).size),
             Bound::Samples => [0.0; 3],
         };
-        edges.into_iter().fold(reference.triangle_deviation([a, b, c]).size, f64::max)
+        edges
+            .into_iter()
+            .fold(reference.triangle_deviation([a, b, c]).size, f64::max)
     };
     mesh.triangles.iter().map(of_triangle).fold(0.0, f64::max)
 }
@@ -178,10 +206,18 @@ fn outline(reference: &Reference) -> Outline {
             }
         }
     }
-    let mut outline = Outline { has_outside: true, ..Outline::default() };
+    let has_outside = reference.heights.iter().any(|height| height.is_nan());
+    let mut outline = Outline {
+        has_outside,
+        ..Outline::default()
+    };
     let mut numbers = BTreeMap::new();
     let is_turn = |lines: &BTreeSet<(usize, usize)>, at: (usize, usize)| {
-        lines.contains(&at) || at.1.checked_sub(1).is_some_and(|before| lines.contains(&(at.0, before)))
+        lines.contains(&at)
+            || at
+                .1
+                .checked_sub(1)
+                .is_some_and(|before| lines.contains(&(at.0, before)))
     };
     for (steps, others, is_across) in [(&across, &down, true), (&down, &across, false)] {
         for run in straight_runs(steps, |line, along| is_turn(others, (along, line))) {
@@ -201,10 +237,7 @@ fn outline(reference: &Reference) -> Outline {
 }
 
 /// Joins unit steps (line, start) on one line as long as they follow each other and nothing turns in between.
-fn straight_runs(
-    steps: &BTreeSet<(usize, usize)>,
-    is_turn: impl Fn(usize, usize) -> bool,
-) -> Vec<(usize, [usize; 2])> {
+fn straight_runs(steps: &BTreeSet<(usize, usize)>, is_turn: impl Fn(usize, usize) -> bool) -> Vec<(usize, [usize; 2])> {
     let mut runs: Vec<(usize, [usize; 2])> = Vec::new();
     for &(line, start) in steps {
         match runs.last_mut() {
@@ -216,13 +249,21 @@ fn straight_runs(
 }
 
 fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &Report) -> Result<()> {
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = output
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
     let mut writer = BufWriter::new(file.as_file_mut());
-    let note =
-        format!("terrain-ingest certified error {} bound {}", report.certified_error, report.bound);
+    let note = format!(
+        "terrain-ingest certified error {} bound {}",
+        report.certified_error, report.bound
+    );
     let vertices = mesh.positions.iter().map(|&position| in_crs(position));
-    if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj")) {
+    if output
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
+    {
         write_obj(&mut writer, vertices, &mesh.triangles, &note)?;
     } else {
         write_ply(&mut writer, vertices, &mesh.triangles, &note)?;
@@ -258,8 +299,16 @@ fn write_ply(
     note: &str,
 ) -> io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment {note}")?;
-    writeln!(out, "element vertex {}\nproperty double x\nproperty double y\nproperty double z", vertices.len())?;
-    writeln!(out, "element face {}\nproperty list uchar uint vertex_indices\nend_header", triangles.len())?;
+    writeln!(
+        out,
+        "element vertex {}\nproperty double x\nproperty double y\nproperty double z",
+        vertices.len()
+    )?;
+    writeln!(
+        out,
+        "element face {}\nproperty list uchar uint vertex_indices\nend_header",
+        triangles.len()
+    )?;
     for position in vertices {
         for coordinate in position.to_array() {
             out.write_all(&coordinate.to_le_bytes())?;

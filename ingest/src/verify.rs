@@ -76,9 +76,13 @@ fn check(tiles: &dyn Tiles, grid: &HeightGrid, progress: &Progress) -> ArchiveRe
     violations.extend(measured.values().flat_map(|tile| tile.violations.iter().cloned()));
 
     let lattices = measured.iter().filter(|(_, tile)| !tile.levels.is_empty());
-    let lattices: BTreeSet<u8> = lattices.map(|(address, tile)| address.zoom + tile.sides.extent_bits).collect();
+    let lattices: BTreeSet<u8> = lattices
+        .map(|(address, tile)| address.zoom + tile.sides.extent_bits)
+        .collect();
     if lattices.len() > 1 {
-        violations.push(Violation::new(format!("tiles on different lattices, of {lattices:?} bits")));
+        violations.push(Violation::new(format!(
+            "tiles on different lattices, of {lattices:?} bits"
+        )));
     }
 
     let zooms = zoom_reports(&measured);
@@ -252,8 +256,12 @@ fn check_pair(
             .into_iter()
             .filter(|&(is_first, edge)| {
                 let (place, side) = if is_first { (address, side) } else { (other, opposite) };
-                let bits = if is_first { first.extent_bits } else { second.extent_bits };
-            !sides::is_one_sided(reference, place, bits, side, edge)
+                let bits = if is_first {
+                    first.extent_bits
+                } else {
+                    second.extent_bits
+                };
+                !sides::is_one_sided(reference, place, bits, side, edge)
             });
         let count = lonely.count();
         if count > 0 {

@@ -18,7 +18,10 @@ fn verify(sample: &Sample) -> ArchiveReport {
 /// Whether some violation names `tile` and says `what`.
 fn names(report: &ArchiveReport, tile: TileAddress, what: &str) -> bool {
     let tile = tile.to_string();
-    report.violations.iter().any(|found| found.tile.as_deref() == Some(&tile) && found.what.contains(what))
+    report
+        .violations
+        .iter()
+        .any(|found| found.tile.as_deref() == Some(&tile) && found.what.contains(what))
 }
 
 #[test]
@@ -29,8 +32,14 @@ fn a_true_archive_of_a_plane_holds() {
     assert_eq!((report.shared_sides, report.parents), (4, 1));
     assert!(report.mixed_tiles >= 12, "{report}");
     let leaves = &report.zooms[1];
-    assert!(leaves.measured_finest > 1e-6 && leaves.measured_finest < 0.002, "{report}");
-    assert!((leaves.measured_coarsest - fixture::HEIGHT_STEP).abs() < 0.002, "{report}");
+    assert!(
+        leaves.measured_finest > 1e-6 && leaves.measured_finest < 0.002,
+        "{report}"
+    );
+    assert!(
+        (leaves.measured_coarsest - fixture::HEIGHT_STEP).abs() < 0.002,
+        "{report}"
+    );
 }
 
 #[test]
@@ -52,6 +61,22 @@ fn an_archive_on_disk_holds_and_says_so_in_json() {
 }
 
 #[test]
+fn a_header_that_lies_about_heights_fails() {
+    let sample = Sample::new();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plane.pmtiles");
+    let mut writer = Writer::create(&path).unwrap();
+    for tile in sample.tiles.values() {
+        let mut bytes = codec::encode(tile).unwrap();
+        bytes[20] ^= u8::from(tile.address == LEAF);
+        writer.add(tile.address, &bytes).unwrap();
+    }
+    writer.finish(&sample.metadata).unwrap();
+    let report = archive(&path, &sample.grid, &Progress::silent()).unwrap();
+    assert!(names(&report, LEAF, "says its heights are"), "{report}");
+}
+
+#[test]
 fn a_vertex_moved_by_twice_the_bound_fails_and_names_the_tile() {
     let mut sample = Sample::new();
     let finest = sample.vertex_at(LEAF, 3, 5);
@@ -59,7 +84,10 @@ fn a_vertex_moved_by_twice_the_bound_fails_and_names_the_tile() {
     let report = verify(&sample);
     assert!(names(&report, LEAF, "vertical error"), "{report}");
     let violation = report.violations.iter().find(|v| v.what == "vertical error").unwrap();
-    assert!((violation.measured.unwrap() - 2.0 * fixture::CLAIMED).abs() < 0.01, "{violation}");
+    assert!(
+        (violation.measured.unwrap() - 2.0 * fixture::CLAIMED).abs() < 0.01,
+        "{violation}"
+    );
     assert!(report.to_string().contains("FAILED: "));
 }
 
@@ -85,7 +113,13 @@ fn a_t_junction_between_neighbours_fails() {
     sample.tile_mut(LEAF).partition.positions[vertex].z += fixture::HEIGHT_STEP;
     let report = verify(&sample);
     assert!(names(&report, LEAF, "are not shared with tile 1/3/1"), "{report}");
-    assert!(report.violations.iter().any(|violation| violation.what.contains("in mix")), "{report}");
+    assert!(
+        report
+            .violations
+            .iter()
+            .any(|violation| violation.what.contains("in mix")),
+        "{report}"
+    );
     assert!(!names(&report, LEAF, "vertical error"), "{report}");
 }
 
@@ -104,13 +138,21 @@ fn a_hole_fails_by_the_outline() {
     let mut sample = Sample::new();
     let inner = sample.vertex_at(LEAF, 5, 3) as u32;
     let tile = sample.tile_mut(LEAF);
-    let hole = tile.partition.triangles.iter().position(|triangle| triangle.contains(&inner)).unwrap();
+    let hole = tile
+        .partition
+        .triangles
+        .iter()
+        .position(|triangle| triangle.contains(&inner))
+        .unwrap();
     tile.partition.triangles.remove(hole);
     for level in &mut tile.partition.levels {
         level.triangle_end -= u32::from(level.triangle_end as usize > hole);
     }
     let report = verify(&sample);
-    assert!(names(&report, LEAF, "the mesh ends where the source does not"), "{report}");
+    assert!(
+        names(&report, LEAF, "the mesh ends where the source does not"),
+        "{report}"
+    );
 }
 
 #[test]
@@ -118,7 +160,10 @@ fn a_void_of_the_source_may_not_be_covered_but_may_be_a_hole() {
     let mut sample = Sample::new();
     sample.grid.heights[5 * fixture::SAMPLES + 4] = f32::NAN;
     let report = verify(&sample);
-    assert!(names(&report, LEAF, "the mesh ends where the source does not"), "{report}");
+    assert!(
+        names(&report, LEAF, "the mesh ends where the source does not"),
+        "{report}"
+    );
     let report = verify(&Sample::with_void(4, 5));
     assert!(report.holds(), "{report}");
 }
@@ -129,10 +174,22 @@ fn samples_that_the_mesh_leaves_out_are_measured_from_its_outline() {
     sample.grid.heights[5 * fixture::SAMPLES + 4] = 0.0;
     let report = verify(&sample);
     let of_leaf = |violation: &&Violation| violation.tile.as_deref() == Some("1/2/1");
-    let violation = report.violations.iter().filter(of_leaf).find(|v| v.what.contains("a sample left out")).unwrap();
-    let cell = sample.grid.georeference.cell_metres(glam::DVec2::new(4.0, 5.0)).min_element();
+    let violation = report
+        .violations
+        .iter()
+        .filter(of_leaf)
+        .find(|v| v.what.contains("a sample left out"))
+        .unwrap();
+    let cell = sample
+        .grid
+        .georeference
+        .cell_metres(glam::DVec2::new(4.0, 5.0))
+        .min_element();
     let measured = violation.measured.unwrap();
-    assert!((measured / cell - 1.0).abs() < 1e-3, "{measured} m with cells of {cell} m");
+    assert!(
+        (measured / cell - 1.0).abs() < 1e-3,
+        "{measured} m with cells of {cell} m"
+    );
 }
 
 #[test]
@@ -142,7 +199,13 @@ fn a_missing_tile_a_missing_parent_and_wrong_metadata_fail() {
     let report = verify(&sample);
     assert!(names(&report, LEAF, "is not in the archive"), "{report}");
     assert!(names(&report, ROOT, "none of its children"), "{report}");
-    assert!(report.violations.iter().any(|violation| violation.what.contains("4 tiles instead of 3")), "{report}");
+    assert!(
+        report
+            .violations
+            .iter()
+            .any(|violation| violation.what.contains("4 tiles instead of 3")),
+        "{report}"
+    );
 
     let mut sample = Sample::new();
     sample.tiles.remove(&ROOT);
@@ -163,17 +226,29 @@ fn coarse_sides_that_are_not_the_parents_fail() {
     }
     let report = verify(&sample);
     assert!(names(&report, LEAF, "are not in its parent's finest"), "{report}");
-    assert!(!report.violations.iter().any(|violation| violation.what.contains("are not shared")), "{report}");
+    assert!(
+        !report
+            .violations
+            .iter()
+            .any(|violation| violation.what.contains("are not shared")),
+        "{report}"
+    );
 }
 
 #[test]
 fn bounds_and_heights_of_the_metadata_must_hold_the_source() {
     let mut sample = Sample::new();
     sample.metadata.heights[1] = 20.0;
-    assert_eq!(verify(&sample).violations[0].what, "metadata: a sample is outside its heights");
+    assert_eq!(
+        verify(&sample).violations[0].what,
+        "metadata: a sample is outside its heights"
+    );
     let mut sample = Sample::new();
     sample.metadata.bounds[2] = 90.0;
-    assert_eq!(verify(&sample).violations[0].what, "metadata: a sample is outside its bounds");
+    assert_eq!(
+        verify(&sample).violations[0].what,
+        "metadata: a sample is outside its bounds"
+    );
 }
 
 #[test]
@@ -187,5 +262,11 @@ fn a_tile_that_is_nonsense_is_named_and_not_measured() {
     let mut sample = Sample::new();
     sample.tile_mut(LEAF).extent_bits = 25;
     let report = verify(&sample);
-    assert!(report.violations.iter().any(|violation| violation.what.contains("different lattices")), "{report}");
+    assert!(
+        report
+            .violations
+            .iter()
+            .any(|violation| violation.what.contains("different lattices")),
+        "{report}"
+    );
 }

@@ -9,6 +9,7 @@ use axum::body::Bytes;
 use axum::http::{HeaderMap, header};
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use moka::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
 use terrain_tiles::codec;
@@ -18,6 +19,9 @@ use terrain_tiles::quantized_mesh::{self, QuantizedMesh};
 
 use crate::answer::{Failure, accepts_gzip};
 
+/// How much of each archive's encoded tiles is kept in memory, in bytes: some 10,000 tiles.
+const CACHE_BYTES: u64 = 256 << 20;
+
 /// An open archive and what it is called.
 pub struct Tileset {
     /// The archive's file name without its ending.
@@ -25,10 +29,11 @@ pub struct Tileset {
     /// Changes whenever the file does: from its length and its time of change.
     pub version: String,
     archive: Reader,
+    encoded: Cache<TileRequest, Bytes>,
 }
 
 /// In which form a tile is wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Form {
     /// As it is in the archive.
     Progressive,
@@ -37,7 +42,7 @@ pub(crate) enum Form {
 }
 
 /// Which tile is wanted, and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct TileRequest {
     pub(crate) address: TileAddress,
     pub(crate) form: Form,
@@ -52,7 +57,14 @@ impl Tileset {
         let archive = Reader::open(path)?;
         let version = version(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, version, archive })
+        let weight = |_: &TileRequest, bytes: &Bytes| bytes.len().try_into().unwrap_or(u32::MAX);
+        let encoded = Cache::builder().weigher(weight).max_capacity(CACHE_BYTES).build();
+        Ok(Self {
+            name,
+            version,
+            archive,
+            encoded,
+        })
     }
 
     /// What the archive says of itself.
@@ -68,26 +80,34 @@ impl Tileset {
 
     /// The tile's bytes. Blocks while it reads and encodes.
     pub(crate) fn tile(&self, request: &TileRequest) -> Result<Bytes, Failure> {
-        let stored = self.archive.tile(request.address).map_err(Failure::internal)?;
-        match (request.form, stored) {
-            (Form::Progressive, Some(bytes)) => Ok(bytes.into()),
-            (Form::QuantizedMesh { normals, gzip }, stored) => {
-                let mesh = self.quantized_mesh(request.address, stored)?;
-                let bytes = quantized_mesh::encode(&mesh, normals);
-                Ok(if gzip {
+        match request.form {
+            Form::Progressive => self
+                .stored(request.address)?
+                .map(Bytes::from)
+                .ok_or_else(|| self.no_tile(request.address)),
+            Form::QuantizedMesh { normals, gzip } => {
+                if let Some(bytes) = self.encoded.get(request) {
+                    return Ok(bytes);
+                }
+                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address)?, normals);
+                let bytes = Bytes::from(if gzip {
                     compress(&bytes).map_err(Failure::internal)?
                 } else {
                     bytes
-                }
-                .into())
+                });
+                self.encoded.insert(*request, bytes.clone());
+                Ok(bytes)
             }
-            (Form::Progressive, None) => Err(self.no_tile(request.address)),
         }
     }
 
+    fn stored(&self, address: TileAddress) -> Result<Option<Vec<u8>>, Failure> {
+        self.archive.tile(address).map_err(Failure::internal)
+    }
+
     /// Both roots always have one, since every client starts from both.
-    fn quantized_mesh(&self, address: TileAddress, stored: Option<Vec<u8>>) -> Result<QuantizedMesh, Failure> {
-        match stored {
+    fn quantized_mesh(&self, address: TileAddress) -> Result<QuantizedMesh, Failure> {
+        match self.stored(address)? {
             Some(bytes) => {
                 let tile = codec::decode(&bytes, &codec::Limits::default())
                     .map_err(|error| Failure::internal(format!("tile {address} of “{}”: {error}", self.name)))?;

@@ -77,11 +77,15 @@ fn metadata() -> Metadata {
     }
 }
 
+/// Where the archive has bytes that are no tile.
+const DAMAGED: TileAddress = TileAddress { zoom: 1, x: 2, y: 1 };
+
 fn write_archive(path: &Path) {
     let mut writer = Writer::create(path).unwrap();
     for address in [address(0, 0, 0), address(1, 0, 0)] {
         writer.add(address, &codec::encode(&tile(address)).unwrap()).unwrap();
     }
+    writer.add(DAMAGED, b"no tile").unwrap();
     writer.finish(&metadata()).unwrap();
 }
 
@@ -397,4 +401,14 @@ async fn what_is_not_there_is_404_and_nonsense_is_400() {
         let error = reply.json()["error"].as_str().unwrap().to_owned();
         assert!(error.starts_with(message), "{path}: {error}");
     }
+}
+
+#[tokio::test]
+async fn a_damaged_tile_is_the_servers_fault_and_does_not_stop_it() {
+    let service = Service::new();
+    let reply = service.get("/square/1/2/1.terrain").await;
+    assert_eq!(reply.status, StatusCode::INTERNAL_SERVER_ERROR);
+    let error = reply.json()["error"].as_str().unwrap().to_owned();
+    assert!(error.starts_with("tile 1/2/1 of “square”: "), "{error}");
+    assert_eq!(service.get("/square/1/0/0.terrain").await.status, StatusCode::OK);
 }

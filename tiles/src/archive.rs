@@ -23,8 +23,8 @@ use std::sync::Arc;
 
 use futures_util::TryStreamExt;
 use pmtiles::{
-    AsyncBackend, AsyncPmTilesReader, BackendResponse, CallerKey, Compression, DirEntry, HashMapCache, PmTilesWriter,
-    PmtError, PmtResult, TileCoord, TileId, TileType,
+    AsyncBackend, AsyncPmTilesReader, BackendResponse, CallerKey, Compression, DirEntry, HashMapCache, Header,
+    PmTilesWriter, PmtError, PmtResult, TileCoord, TileId, TileType,
 };
 use tempfile::NamedTempFile;
 use thiserror::Error;
@@ -189,33 +189,14 @@ impl Reader {
     pub fn open(path: &Path) -> Result<Self, ArchiveError> {
         let file = File::open(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
         let unreadable = |error: PmtError| ArchiveError::Unreadable(path.into(), error.to_string());
-        let tiles = pollster::block_on(AsyncPmTilesReader::try_from_cached_source(
-            PlainFile(file),
-            HashMapCache::default(),
-        ))
-        .map_err(unreadable)?;
+        let foreign = |reason: String| ArchiveError::Foreign(path.into(), reason);
+        let source = AsyncPmTilesReader::try_from_cached_source(PlainFile(file), HashMapCache::default());
+        let tiles = Arc::new(pollster::block_on(source).map_err(unreadable)?);
+        check_kind(tiles.get_header()).map_err(foreign)?;
         let json = pollster::block_on(tiles.get_metadata()).map_err(unreadable)?;
-        let metadata = parse_metadata(&json).map_err(|reason| ArchiveError::Foreign(path.into(), reason))?;
-        if tiles.get_header().tile_type != TileType::Unknown || tiles.get_header().tile_compression != Compression::None
-        {
-            return Err(ArchiveError::Foreign(
-                path.into(),
-                "its tiles are of another type".to_owned(),
-            ));
-        }
-        let tiles = Arc::new(tiles);
-        let entries: Vec<DirEntry> =
-            pollster::block_on(Arc::clone(&tiles).entries().try_collect()).map_err(unreadable)?;
-        let addresses = entries
-            .iter()
-            .map(entry_address)
-            .collect::<Option<_>>()
-            .ok_or_else(|| {
-                ArchiveError::Foreign(
-                    path.into(),
-                    "its directory has tiles outside the geographic scheme".to_owned(),
-                )
-            })?;
+        let metadata = parse_metadata(&json).map_err(foreign)?;
+        let entries = pollster::block_on(Arc::clone(&tiles).entries().try_collect()).map_err(unreadable)?;
+        let addresses = entry_addresses(entries).map_err(foreign)?;
         Ok(Self {
             path: path.into(),
             metadata,
@@ -243,6 +224,13 @@ impl Reader {
     /// All tiles, coarse zooms first, neighbours mostly one after the other.
     pub fn addresses(&self) -> impl ExactSizeIterator<Item = TileAddress> + '_ {
         self.addresses.iter().copied()
+    }
+}
+
+fn check_kind(header: &Header) -> Result<(), String> {
+    match (header.tile_type, header.tile_compression) {
+        (TileType::Unknown, Compression::None) => Ok(()),
+        (kind, compression) => Err(format!("its tiles are {kind:?}, compression {compression:?}")),
     }
 }
 
@@ -276,11 +264,15 @@ fn address(coordinate: TileCoord) -> Option<TileAddress> {
     TileAddress::new(zoom, coordinate.x(), row)
 }
 
-/// An entry's tile. Tiles hold their own address, so no two are the same and every entry stands for one.
-fn entry_address(entry: &DirEntry) -> Option<TileAddress> {
-    let mut coordinates = entry.iter_coords();
-    let first = coordinates.next()?;
-    coordinates.next().is_none().then(|| address(first.into()))?
+/// The tiles of the directory. Tiles hold their own address, so no two are the same and every entry stands for one.
+fn entry_addresses(entries: Vec<DirEntry>) -> Result<Vec<TileAddress>, String> {
+    let tile = |entry: &DirEntry| {
+        let mut ids = entry.iter_coords();
+        let first = ids.next()?;
+        ids.next().is_none().then(|| address(first.into()))?
+    };
+    let addresses: Option<Vec<TileAddress>> = entries.iter().map(tile).collect();
+    addresses.ok_or_else(|| "its directory has tiles outside the geographic scheme".to_owned())
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -148,13 +148,22 @@ fn what_is_not_ours_is_refused_in_one_line() {
     fs::write(&path, b"not an archive at all").unwrap();
     assert!(refusal(&path).contains("not a readable PMTiles archive: Invalid magic number"));
 
-    let builder = PmTilesWriter::new(TileType::Png).metadata("{}");
-    builder
-        .create(File::create(&path).unwrap())
-        .unwrap()
-        .finalize()
-        .unwrap();
-    assert!(refusal(&path).contains("not of surface-partition-tiles version 1: its metadata: missing field"));
+    for (kind, refused) in [
+        (TileType::Png, "its tiles are Png, compression None"),
+        (TileType::Unknown, "its metadata: missing field"),
+    ] {
+        let builder = PmTilesWriter::new(kind).metadata("{}");
+        builder
+            .create(File::create(&path).unwrap())
+            .unwrap()
+            .finalize()
+            .unwrap();
+        let line = refusal(&path);
+        assert!(
+            line.contains(&format!("not of surface-partition-tiles version 1: {refused}")),
+            "{line}"
+        );
+    }
 
     write(&path, tiles().into_iter());
     let mut later = metadata();

@@ -33,18 +33,23 @@ pub fn normal(longitude: f64, latitude: f64) -> DVec3 {
 /// Earth-centred position, in metres, of a geodetic point.
 #[must_use]
 pub fn to_earth_centred(point: Geodetic) -> DVec3 {
-    let up = normal(point.longitude, point.latitude);
+    above(normal(point.longitude, point.latitude), point.height)
+}
+
+/// Earth-centred position, in metres, of the point `height` metres above the place whose outward unit normal is `up`.
+#[must_use]
+pub fn above(up: DVec3, height: f64) -> DVec3 {
     let prime_vertical = SEMI_MAJOR / (1.0 - ECCENTRICITY_SQUARED * up.z * up.z).sqrt();
     let polar = prime_vertical * (1.0 - ECCENTRICITY_SQUARED);
-    let horizontal = prime_vertical + point.height;
-    DVec3::new(horizontal * up.x, horizontal * up.y, (polar + point.height) * up.z)
+    let horizontal = prime_vertical + height;
+    DVec3::new(horizontal * up.x, horizontal * up.y, (polar + height) * up.z)
 }
 
 /// Geodetic coordinates of an Earth-centred position in metres, by Bowring's formula with the reduced latitude
 /// iterated: exact to nanometres from the deep sea to orbit.
 #[must_use]
 pub fn to_geodetic(position: DVec3) -> Geodetic {
-    let axis_distance = position.x.hypot(position.y);
+    let axis_distance = position.truncate().length();
     let second_eccentricity_squared = ECCENTRICITY_SQUARED / (1.0 - ECCENTRICITY_SQUARED);
     let (mut sin_reduced, mut cos_reduced) = unit(position.z * SEMI_MAJOR, axis_distance * SEMI_MINOR);
     let (mut sin_latitude, mut cos_latitude) = (0.0, 1.0);
@@ -73,6 +78,6 @@ pub fn east_north_up(longitude: f64, latitude: f64) -> DMat3 {
 }
 
 fn unit(sine: f64, cosine: f64) -> (f64, f64) {
-    let length = sine.hypot(cosine);
+    let length = (sine * sine + cosine * cosine).sqrt();
     (sine / length, cosine / length)
 }

@@ -225,18 +225,30 @@ impl HeightScale {
 }
 
 /// Averages of the triangles around each vertex, weighted by area. Walls do not count: they would darken the rim of the
-/// ground they stand on. At a pole, where a side is one point, the ellipsoid's normal steps in.
+/// ground they stand on. On a side the neighbouring vertices' triangles count, too: a side's own may all be slivers, whose
+/// slope says nothing and would show as a line along the tile's border. At a pole, where a side is one point, the ellipsoid's normal steps in.
 fn vertex_normals(
     address: TileAddress,
     vertices: &[Vertex],
     positions: &[DVec3],
     triangles: &[[u32; 3]],
 ) -> Vec<DVec3> {
+    let level = || triangles.iter().filter(|triangle| plan_area(vertices, **triangle) > 0);
     let mut sums = vec![DVec3::ZERO; vertices.len()];
-    for triangle in triangles.iter().filter(|triangle| plan_area(vertices, **triangle) > 0) {
+    for triangle in level() {
         let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
         let area_vector = (b - a).cross(c - a);
         triangle.iter().for_each(|&vertex| sums[vertex as usize] += area_vector);
+    }
+    let around = sums.clone();
+    for &[a, b, c] in level() {
+        for [vertex, next, last] in
+            [[a, b, c], [b, c, a], [c, a, b]].map(|corners| corners.map(|corner| corner as usize))
+        {
+            if is_on_any_side(vertices[vertex]) {
+                sums[vertex] += around[next] + around[last];
+            }
+        }
     }
     let up = |vertex: &Vertex| {
         let place = geodetic(address, [0.0; 2], *vertex);
@@ -266,6 +278,10 @@ fn across_and_along(side: Side, vertex: Vertex) -> (u16, u16) {
         Side::East => (EXTENT - vertex.u, EXTENT - vertex.v),
         Side::South => (vertex.v, EXTENT - vertex.u),
     }
+}
+
+fn is_on_any_side(vertex: Vertex) -> bool {
+    Side::ALL.iter().any(|&side| across_and_along(side, vertex).0 == 0)
 }
 
 /// The vertices on each side. Where measured ground ends at a fill, two are at one place; the one that belongs to the

@@ -139,6 +139,7 @@ pub(super) fn prepare_gdal() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         gdal::config::set_error_handler(|_, _, _| {});
+        DriverManager::prevent_auto_registration();
         DriverManager::register_all();
         let unwanted: Vec<_> = DriverManager::all()
             .filter(|driver| !DRIVERS.contains(&driver.short_name().as_str()))

@@ -111,10 +111,7 @@ pub(super) fn along_edges(space: &impl Space, reference: &Reference, surface: &S
             .for_each(|cell| worst.meet(foot.height - cell.height(foot.grid), foot.grid));
     }
     for ends in surface.edges() {
-        let edge = Edge::new(space, surface, ends);
-        for chunk in 0..edge.chunks {
-            edge.measure_chunk(reference, chunk, &mut worst);
-        }
+        Edge::new(space, surface, ends).measure(reference, &mut worst);
     }
     worst
 }
@@ -124,26 +121,42 @@ struct Edge<'a, S: Space> {
     space: &'a S,
     from: DVec3,
     along: DVec3,
+    feet: [Foot; 2],
     chunks: usize,
 }
 
 impl<'a, S: Space> Edge<'a, S> {
     fn new(space: &'a S, surface: &Surface, ends: [u32; 2]) -> Self {
-        let [mut from, mut to] = ends.map(|end| surface.positions[end as usize]);
-        let [first, last] = ends.map(|end| surface.feet[end as usize].grid);
-        let along = to - from;
-        if space.is_singular(from) {
-            from += along * 1e-6;
+        let mut positions = ends.map(|end| surface.positions[end as usize]);
+        let mut feet = ends.map(|end| surface.feet[end as usize]);
+        let span = (feet[1].grid - feet[0].grid).abs().max_element();
+        let middle = (positions[0] + positions[1]) / 2.0;
+        for (position, foot) in positions.iter_mut().zip(&mut feet) {
+            if space.is_singular(*position) {
+                *position = position.lerp(middle, 1e-6);
+                *foot = space.foot(*position);
+            }
         }
-        if space.is_singular(to) {
-            to -= along * 1e-6;
-        }
-        let chunks = ((last - first).abs().max_element() / CHUNK).ceil().clamp(1.0, 1e6) as usize;
         Self {
             space,
-            from,
-            along: to - from,
-            chunks,
+            from: positions[0],
+            along: positions[1] - positions[0],
+            feet,
+            chunks: (span / CHUNK).ceil().clamp(1.0, 1e6) as usize,
+        }
+    }
+
+    fn measure(&self, reference: &Reference, worst: &mut Worst) {
+        let mut start = self.feet[0];
+        for chunk in 1..=self.chunks {
+            let parameter = chunk as f64 / self.chunks as f64;
+            let end = if chunk == self.chunks {
+                self.feet[1]
+            } else {
+                self.foot(parameter)
+            };
+            self.measure_chunk(reference, chunk - 1, [start, end], worst);
+            start = end;
         }
     }
 
@@ -151,23 +164,20 @@ impl<'a, S: Space> Edge<'a, S> {
         self.space.foot(self.from + self.along * parameter)
     }
 
-    fn measure_chunk(&self, reference: &Reference, chunk: usize, worst: &mut Worst) {
+    fn measure_chunk(&self, reference: &Reference, chunk: usize, ends: [Foot; 2], worst: &mut Worst) {
         let at = |part: f64| (chunk as f64 + part) / self.chunks as f64;
-        let (start, end) = (at(0.0), at(1.0));
-        let mut points = vec![(start, self.foot(start)), (end, self.foot(end))];
+        let mut points = vec![(at(0.0), ends[0]), (at(1.0), ends[1])];
         let middle = self.foot(at(0.5));
         for axis in 0..2 {
-            let path = Path::through([points[0].1.grid[axis], middle.grid[axis], points[1].1.grid[axis]]);
+            let path = Path::through([ends[0], middle, ends[1]].map(|foot| foot.grid[axis]));
             for (part, line) in path.crossings() {
-                let parameter = at(part);
-                let foot = self.foot(parameter);
-                let correction = path.correction(part, line - foot.grid[axis]);
-                let corrected = at((part + correction).clamp(0.0, 1.0));
-                points.push(if correction == 0.0 {
-                    (parameter, foot)
-                } else {
-                    (corrected, self.foot(corrected))
-                });
+                let mut parameter = at(part);
+                let mut foot = self.foot(parameter);
+                if let Some(step) = path.correction(part, line - foot.grid[axis]) {
+                    parameter = at((part + step).clamp(0.0, 1.0));
+                    foot = self.foot(parameter);
+                }
+                points.push((parameter, foot));
             }
         }
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -187,7 +197,9 @@ impl<'a, S: Space> Edge<'a, S> {
             }
             let path = Path::through(differences);
             // Worth a look only where the parabola comes near to the worst so far.
-            let top = path.turning_point().filter(|&part| path.value(part).abs() > 0.99 * worst.figure);
+            let top = path
+                .turning_point()
+                .filter(|&part| path.value(part).abs() > 0.99 * worst.figure);
             if let Some(part) = top {
                 let foot = self.foot(start + (end - start) * part);
                 worst.meet(difference(&cell, foot), foot.grid);
@@ -250,28 +262,24 @@ impl Path {
         crossings
     }
 
-    /// Where it is `value` between `start` and `end`, on which it is monotone: by halving.
-    fn solve(self, value: f64, mut start: f64, mut end: f64) -> f64 {
-        let rises = self.value(end) > self.value(start);
-        for _ in 0..30 {
-            let middle = (start + end) / 2.0;
-            if (self.value(middle) < value) == rises {
-                start = middle
-            } else {
-                end = middle
-            }
-        }
-        (start + end) / 2.0
+    /// Where it is `value` between `start` and `end`, on which it is monotone.
+    fn solve(self, value: f64, start: f64, end: f64) -> f64 {
+        let constant = self.constant - value;
+        let root = (self.slope * self.slope - 4.0 * self.bend * constant).max(0.0).sqrt();
+        // The larger one of the roots times the bend: nothing cancels out.
+        let sum = -(self.slope + root.copysign(self.slope)) / 2.0;
+        let nearly = start - 1e-9..=end + 1e-9;
+        let between = [constant / sum, sum / self.bend]
+            .into_iter()
+            .find(|s| nearly.contains(s));
+        between.unwrap_or((start + end) / 2.0).clamp(start, end)
     }
 
-    /// How far to go on from `s` to make up for `missing`: one step of Newton, none where it is flat or not needed.
-    fn correction(self, s: f64, missing: f64) -> f64 {
+    /// How far to go on from `s` to make up for `missing`: one step of Newton, none where it is flat or near enough.
+    fn correction(self, s: f64, missing: f64) -> Option<f64> {
+        const NEAR_ENOUGH: f64 = 1e-8;
         let step = missing / (self.slope + 2.0 * self.bend * s);
-        if missing.abs() > 1e-12 && step.abs() < 0.1 {
-            step
-        } else {
-            0.0
-        }
+        (missing.abs() > NEAR_ENOUGH && step.abs() < 0.1).then_some(step)
     }
 }
 

@@ -11,7 +11,9 @@ fn grid(columns: usize, rows: usize, first: DVec2, step: DVec2, height: impl Fn(
     HeightGrid {
         columns,
         rows,
-        heights: (0..columns * rows).map(|index| height(index % columns, index / columns)).collect(),
+        heights: (0..columns * rows)
+            .map(|index| height(index % columns, index / columns))
+            .collect(),
         georeference: GeoReference::wgs84(columns, rows, first, step),
         vertical_datum: "unspecified".to_owned(),
         files: Vec::new(),
@@ -31,7 +33,13 @@ fn at_posts(space: &impl Space, reference: &Reference, surface: &Surface) -> (Wo
 fn flat(positions: &[DVec3], triangles: &[[u32; 3]]) -> Surface {
     Surface {
         positions: positions.to_vec(),
-        feet: positions.iter().map(|p| Foot { grid: p.truncate(), height: p.z }).collect(),
+        feet: positions
+            .iter()
+            .map(|p| Foot {
+                grid: p.truncate(),
+                height: p.z,
+            })
+            .collect(),
         triangles: triangles.to_vec(),
     }
 }
@@ -39,25 +47,46 @@ fn flat(positions: &[DVec3], triangles: &[[u32; 3]]) -> Surface {
 fn on_earth(reference: &Reference, corners: &[DVec3], triangles: &[[u32; 3]]) -> Surface {
     let geodetic = |p: &DVec3| {
         let place = reference.grid.georeference.geographic(p.truncate());
-        Geodetic { longitude: place.x, latitude: place.y, height: p.z }
+        Geodetic {
+            longitude: place.x,
+            latitude: place.y,
+            height: p.z,
+        }
     };
     Surface {
         positions: corners.iter().map(|p| to_earth_centred(geodetic(p))).collect(),
-        feet: corners.iter().map(|p| Foot { grid: p.truncate(), height: p.z }).collect(),
+        feet: corners
+            .iter()
+            .map(|p| Foot {
+                grid: p.truncate(),
+                height: p.z,
+            })
+            .collect(),
         triangles: triangles.to_vec(),
     }
 }
 
 fn square(side: f64, heights: [f64; 4]) -> [DVec3; 4] {
     let [a, b, c, d] = heights;
-    [DVec3::new(0.0, 0.0, a), DVec3::new(side, 0.0, b), DVec3::new(0.0, side, c), DVec3::new(side, side, d)]
+    [
+        DVec3::new(0.0, 0.0, a),
+        DVec3::new(side, 0.0, b),
+        DVec3::new(0.0, side, c),
+        DVec3::new(side, side, d),
+    ]
 }
 
 const HALVES: [[u32; 3]; 2] = [[0, 3, 1], [0, 2, 3]];
 
 #[test]
 fn the_middle_of_a_saddle_cell_is_off_by_a_quarter_of_its_twist() {
-    let grid = grid(2, 2, DVec2::ZERO, DVec2::ONE, |x, y| if x + y == 2 { 40.0 } else { 0.0 });
+    let grid = grid(
+        2,
+        2,
+        DVec2::ZERO,
+        DVec2::ONE,
+        |x, y| if x + y == 2 { 40.0 } else { 0.0 },
+    );
     let reference = Reference::new(&grid);
     let surface = flat(&square(1.0, [0.0, 0.0, 0.0, 40.0]), &HALVES);
     assert_eq!(at_posts(&Raster, &reference, &surface).0.figure, 0.0);
@@ -69,9 +98,19 @@ fn the_middle_of_a_saddle_cell_is_off_by_a_quarter_of_its_twist() {
 #[test]
 fn the_same_saddle_on_the_earth_is_off_by_the_same() {
     let step = DVec2::splat(1.0 / 1200.0);
-    let grid = grid(2, 2, DVec2::new(7.0, 46.0), step, |x, y| if x + y == 2 { 40.0 } else { 0.0 });
+    let grid = grid(
+        2,
+        2,
+        DVec2::new(7.0, 46.0),
+        step,
+        |x, y| if x + y == 2 { 40.0 } else { 0.0 },
+    );
     let (reference, normals) = (Reference::new(&grid), normals(&grid));
-    let earth = Earth { reference: &reference, normals: &normals, middle_longitude: 7.0 };
+    let earth = Earth {
+        reference: &reference,
+        normals: &normals,
+        middle_longitude: 7.0,
+    };
     let surface = on_earth(&reference, &square(1.0, [0.0, 0.0, 0.0, 40.0]), &HALVES);
     assert!(at_posts(&earth, &reference, &surface).0.figure < 1e-6);
     let worst = along_edges(&earth, &reference, &surface);
@@ -82,11 +121,18 @@ fn the_same_saddle_on_the_earth_is_off_by_the_same() {
 fn a_flat_ocean_one_degree_wide_is_off_by_the_sagitta_of_its_diagonal() {
     let grid = grid(61, 61, DVec2::new(30.0, -0.5), DVec2::splat(1.0 / 60.0), |_, _| 0.0);
     let (reference, normals) = (Reference::new(&grid), normals(&grid));
-    let earth = Earth { reference: &reference, normals: &normals, middle_longitude: 30.5 };
+    let earth = Earth {
+        reference: &reference,
+        normals: &normals,
+        middle_longitude: 30.5,
+    };
     let surface = on_earth(&reference, &square(60.0, [0.0; 4]), &HALVES);
     let diagonal = surface.positions[0].distance(surface.positions[3]);
     let sagitta = diagonal * diagonal / (8.0 * SEMI_MAJOR);
-    for measured in [at_posts(&earth, &reference, &surface).0.figure, along_edges(&earth, &reference, &surface).figure] {
+    for measured in [
+        at_posts(&earth, &reference, &surface).0.figure,
+        along_edges(&earth, &reference, &surface).figure,
+    ] {
         assert!((measured / sagitta - 1.0).abs() < 0.01, "{measured} against {sagitta}");
     }
 }
@@ -97,12 +143,24 @@ fn posts_beside_a_parallel_are_found_where_the_straight_edge_bulges_over_them() 
     let step = DVec2::new(1.0 / 60.0, 1.0 / 1200.0);
     let grid = grid(121, 41, DVec2::new(10.0, 60.0 - 20.0 / 1200.0), step, |_, _| 0.0);
     let (reference, normals) = (Reference::new(&grid), normals(&grid));
-    let earth = Earth { reference: &reference, normals: &normals, middle_longitude: 11.0 };
-    let corners = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(120.0, 0.0, 0.0), DVec3::new(120.0, 20.0, 0.0), DVec3::new(0.0, 20.0, 0.0)];
+    let earth = Earth {
+        reference: &reference,
+        normals: &normals,
+        middle_longitude: 11.0,
+    };
+    let corners = [
+        DVec3::new(0.0, 0.0, 0.0),
+        DVec3::new(120.0, 0.0, 0.0),
+        DVec3::new(120.0, 20.0, 0.0),
+        DVec3::new(0.0, 20.0, 0.0),
+    ];
     let surface = on_earth(&reference, &corners, &[[0, 1, 2], [0, 2, 3]]);
     let mut highest = 0;
     visit_posts(&earth, &reference, &surface, |_, row, _| highest = highest.max(row));
-    let bulge_degrees = (60.0_f64.to_radians().tan() / 1.0_f64.to_radians().cos()).atan().to_degrees() - 60.0;
+    let bulge_degrees = (60.0_f64.to_radians().tan() / 1.0_f64.to_radians().cos())
+        .atan()
+        .to_degrees()
+        - 60.0;
     assert_eq!(highest, 20 + (bulge_degrees * 1200.0) as usize, "{bulge_degrees}");
 }
 
@@ -111,7 +169,10 @@ fn an_edge_is_measured_where_it_crosses_a_ridge_between_posts() {
     // A ridge along column 1; the edge passes over it half-way between two posts.
     let grid = grid(3, 2, DVec2::ZERO, DVec2::ONE, |x, _| if x == 1 { 5.0 } else { 0.0 });
     let reference = Reference::new(&grid);
-    let surface = flat(&[DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 1.0, 0.0)], &[[0, 1, 2]]);
+    let surface = flat(
+        &[DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 1.0, 0.0)],
+        &[[0, 1, 2]],
+    );
     let worst = along_edges(&Raster, &reference, &surface);
     assert!((worst.figure - 5.0).abs() < 1e-9);
     let (at_posts, visits) = at_posts(&Raster, &reference, &surface);
@@ -122,8 +183,16 @@ fn an_edge_is_measured_where_it_crosses_a_ridge_between_posts() {
 fn every_post_of_a_triangulated_square_is_visited_by_brute_force_and_by_footprint() {
     let grid = grid(23, 23, DVec2::new(7.0, 46.0), DVec2::splat(0.01), |x, y| (x * y) as f32);
     let (reference, normals) = (Reference::new(&grid), normals(&grid));
-    let earth = Earth { reference: &reference, normals: &normals, middle_longitude: 7.0 };
-    let corners = [DVec3::new(0.3, 0.1, 9.0), DVec3::new(21.7, 2.2, 30.0), DVec3::new(4.4, 20.9, 90.0)];
+    let earth = Earth {
+        reference: &reference,
+        normals: &normals,
+        middle_longitude: 7.0,
+    };
+    let corners = [
+        DVec3::new(0.3, 0.1, 9.0),
+        DVec3::new(21.7, 2.2, 30.0),
+        DVec3::new(4.4, 20.9, 90.0),
+    ];
     let surface = on_earth(&reference, &corners, &[[0, 1, 2]]);
     let facet = Facet::new(surface.corners([0, 1, 2]));
     let inside = |index: usize| {
@@ -133,16 +202,27 @@ fn every_post_of_a_triangulated_square_is_visited_by_brute_force_and_by_footprin
     };
     let visits = at_posts(&earth, &reference, &surface).1;
     assert_eq!(visits, (0..23 * 23).filter(|&index| inside(index)).count());
-    assert!((190..220).contains(&visits), "{visits} posts in a triangle of 213 cells");
+    assert!(
+        (190..220).contains(&visits),
+        "{visits} posts in a triangle of 213 cells"
+    );
 }
 
 #[test]
 fn a_cap_of_flat_triangles_around_the_pole_is_off_by_its_sagitta() {
     let grid = grid(361, 11, DVec2::new(-180.0, 89.0), DVec2::new(1.0, 0.1), |_, _| 0.0);
     let (reference, normals) = (Reference::new(&grid), normals(&grid));
-    let earth = Earth { reference: &reference, normals: &normals, middle_longitude: 0.0 };
+    let earth = Earth {
+        reference: &reference,
+        normals: &normals,
+        middle_longitude: 0.0,
+    };
     // A quarter turn west of Greenwich; the pole is a vertex on two meridians, as tiles have it.
-    let corners = [DVec3::new(90.0, 0.0, 0.0), DVec3::new(180.0, 0.0, 0.0), DVec3::new(180.0, 10.0, 0.0)];
+    let corners = [
+        DVec3::new(90.0, 0.0, 0.0),
+        DVec3::new(180.0, 0.0, 0.0),
+        DVec3::new(180.0, 10.0, 0.0),
+    ];
     let surface = on_earth(&reference, &corners, &[[0, 1, 2]]);
     let chord = surface.positions[0].distance(surface.positions[1]);
     let sagitta = chord * chord / (8.0 * SEMI_MAJOR);
@@ -156,10 +236,21 @@ fn a_cap_of_flat_triangles_around_the_pole_is_off_by_its_sagitta() {
 fn longitudes_beyond_the_antimeridian_are_those_of_the_raster() {
     let grid = grid(21, 5, DVec2::new(179.0, 10.0), DVec2::splat(0.1), |_, _| 0.0);
     let (reference, normals) = (Reference::new(&grid), normals(&grid));
-    let earth = Earth { reference: &reference, normals: &normals, middle_longitude: 225.0 };
-    let place = to_earth_centred(Geodetic { longitude: -179.5, latitude: 10.2, height: 7.0 });
+    let earth = Earth {
+        reference: &reference,
+        normals: &normals,
+        middle_longitude: 225.0,
+    };
+    let place = to_earth_centred(Geodetic {
+        longitude: -179.5,
+        latitude: 10.2,
+        height: 7.0,
+    });
     let foot = earth.foot(place);
-    assert!(foot.grid.distance(DVec2::new(15.0, 2.0)) < 1e-6 && (foot.height - 7.0).abs() < 1e-6, "{foot:?}");
+    assert!(
+        foot.grid.distance(DVec2::new(15.0, 2.0)) < 1e-6 && (foot.height - 7.0).abs() < 1e-6,
+        "{foot:?}"
+    );
     let post = earth.position(15, 2, 7.0);
     assert!(post.distance(place) < 1e-6, "{post} {place}");
 }

@@ -70,19 +70,26 @@ fn available(zoom: &Zoom) -> BTreeSet<TileAddress> {
 
 /// The bounds and the heights of the metadata must hold the source's surface, up to the errors of the deepest zoom.
 pub(super) fn check_bounds(metadata: &Metadata, reference: &Reference) -> Vec<Violation> {
-    let Some(deepest) = metadata.zooms.last() else { return Vec::new() };
+    let Some(deepest) = metadata.zooms.last() else {
+        return Vec::new();
+    };
     let reach = DVec2::splat(deepest.outline_error / METRES_PER_DEGREE + 1e-9);
     let [west, south, east, north] = metadata.bounds;
     let (low, high) = (DVec2::new(west, south) - reach, DVec2::new(east, north) + reach);
     let [lowest, highest] = metadata.heights;
     let heights = lowest - deepest.finest_error..=highest + deepest.finest_error;
     let posts = (0..reference.grid.rows).flat_map(|row| (0..reference.grid.columns).map(move |column| (column, row)));
-    let outside = posts.filter(|&(column, row)| reference.post(column, row) == Post::Surface).find_map(|(column, row)| {
-        let place = reference.grid.georeference.geographic(DVec2::new(column as f64, row as f64));
-        let in_bounds = place.cmpge(low).all() && place.cmple(high).all();
-        let in_heights = heights.contains(&reference.height(column, row));
-        (!in_bounds || !in_heights).then_some((place, if in_bounds { "heights" } else { "bounds" }))
-    });
+    let outside = posts
+        .filter(|&(column, row)| reference.post(column, row) == Post::Surface)
+        .find_map(|(column, row)| {
+            let place = reference
+                .grid
+                .georeference
+                .geographic(DVec2::new(column as f64, row as f64));
+            let in_bounds = place.cmpge(low).all() && place.cmple(high).all();
+            let in_heights = heights.contains(&reference.height(column, row));
+            (!in_bounds || !in_heights).then_some((place, if in_bounds { "heights" } else { "bounds" }))
+        });
     let violation = |(place, name)| Violation::new(format!("metadata: a sample is outside its {name}")).at(place);
     outside.map(violation).into_iter().collect()
 }

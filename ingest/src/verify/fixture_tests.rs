@@ -42,7 +42,10 @@ impl Tiles for Sample {
     }
 
     fn tile(&self, address: TileAddress) -> Result<Tile, String> {
-        self.tiles.get(&address).cloned().ok_or_else(|| "is not there".to_owned())
+        self.tiles
+            .get(&address)
+            .cloned()
+            .ok_or_else(|| "is not there".to_owned())
     }
 }
 
@@ -68,15 +71,25 @@ impl Sample {
         let grid = HeightGrid {
             columns: SAMPLES,
             rows: SAMPLES,
-            heights: (0..SAMPLES * SAMPLES).map(|index| height(index % SAMPLES, index / SAMPLES)).collect(),
+            heights: (0..SAMPLES * SAMPLES)
+                .map(|index| height(index % SAMPLES, index / SAMPLES))
+                .collect(),
             georeference: GeoReference::wgs84(SAMPLES, SAMPLES, first, DVec2::new(step, -step)),
             vertical_datum: "unspecified".to_owned(),
             files: Vec::new(),
         };
         let leaves: Vec<Tile> = ROOT.children().map(|address| leaf(address, &grid, void)).to_vec();
         let root = root(&leaves);
-        let tiles: BTreeMap<_, _> = leaves.into_iter().chain([root]).map(|tile| (tile.address, tile)).collect();
-        Self { metadata: metadata(&tiles), grid, tiles }
+        let tiles: BTreeMap<_, _> = leaves
+            .into_iter()
+            .chain([root])
+            .map(|tile| (tile.address, tile))
+            .collect();
+        Self {
+            metadata: metadata(&tiles),
+            grid,
+            tiles,
+        }
     }
 
     pub(super) fn tile_mut(&mut self, address: TileAddress) -> &mut Tile {
@@ -87,7 +100,10 @@ impl Sample {
     pub(super) fn vertex_at(&self, address: TileAddress, column: usize, row: usize) -> usize {
         let place = lattice(address, column, row);
         let positions = &self.tiles[&address].partition.positions;
-        positions.iter().position(|position| position.truncate() == place).unwrap()
+        positions
+            .iter()
+            .position(|position| position.truncate() == place)
+            .unwrap()
     }
 }
 
@@ -101,26 +117,42 @@ fn lattice(address: TileAddress, column: usize, row: usize) -> DVec2 {
 }
 
 fn leaf(address: TileAddress, grid: &HeightGrid, void: Option<(usize, usize)>) -> Tile {
-    let first = (if address.x == 2 { 0 } else { MIDDLE }, if address.y == 1 { 0 } else { MIDDLE });
+    let first = (
+        if address.x == 2 { 0 } else { MIDDLE },
+        if address.y == 1 { 0 } else { MIDDLE },
+    );
     let width = MIDDLE + 1;
     let samples = || (0..width * width).map(|i| (first.0 + i % width, first.1 + i / width));
     let height = |(column, row): (usize, usize)| f64::from(grid.height(column, row));
     let height = |sample| if height(sample).is_nan() { 0.0 } else { height(sample) };
-    let positions = samples().map(|sample| lattice(address, sample.0, sample.1).extend(height(sample))).collect();
+    let positions = samples()
+        .map(|sample| lattice(address, sample.0, sample.1).extend(height(sample)))
+        .collect();
     let at = |column: usize, row: usize| (row * width + column) as u32;
     let near_void = |column: usize, row: usize| {
         void.is_some_and(|(x, y)| (column + first.0).abs_diff(x) <= 1 && (row + first.1).abs_diff(y) <= 1)
             && void.is_some_and(|(x, y)| column + first.0 <= x && row + first.1 <= y)
     };
-    let cells = (0..MIDDLE * MIDDLE).map(|i| (i % MIDDLE, i / MIDDLE)).filter(|&(x, y)| !near_void(x, y));
+    let cells = (0..MIDDLE * MIDDLE)
+        .map(|i| (i % MIDDLE, i / MIDDLE))
+        .filter(|&(x, y)| !near_void(x, y));
     let triangles = cells.flat_map(|(x, y)| {
-        [[at(x, y), at(x, y + 1), at(x + 1, y + 1)], [at(x, y), at(x + 1, y + 1), at(x + 1, y)]]
+        [
+            [at(x, y), at(x, y + 1), at(x + 1, y + 1)],
+            [at(x, y), at(x + 1, y + 1), at(x + 1, y)],
+        ]
     });
-    let mesh = used_vertices(&Mesh { positions, triangles: triangles.collect() });
+    let mesh = used_vertices(&Mesh {
+        positions,
+        triangles: triangles.collect(),
+    });
     // One collapse on each of the two sides that lie among the samples, in the order from the finest: north, east,
     // south, west; then one inside.
     let inner = |column: usize, row: usize| lattice(address, column + first.0, row + first.1);
-    let (on_row, on_column) = (if address.y == 1 { MIDDLE } else { 0 }, if address.x == 2 { MIDDLE } else { 0 });
+    let (on_row, on_column) = (
+        if address.y == 1 { MIDDLE } else { 0 },
+        if address.x == 2 { MIDDLE } else { 0 },
+    );
     let along_row = (inner(4, on_row), inner(3, on_row));
     let along_column = (inner(on_column, 4), inner(on_column, 3));
     let collapses = [
@@ -151,13 +183,33 @@ fn root(leaves: &[Tile]) -> Tile {
                 })
             })
             .collect();
-        mesh.triangles.extend(surface.triangles.iter().map(|triangle| triangle.map(|corner| weld[corner as usize])));
+        mesh.triangles.extend(
+            surface
+                .triangles
+                .iter()
+                .map(|triangle| triangle.map(|corner| weld[corner as usize])),
+        );
     }
-    tile(ROOT, &mesh, &[None, None, None, None, Some((lattice(ROOT, 13, 13), lattice(ROOT, 12, 12)))])
+    tile(
+        ROOT,
+        &mesh,
+        &[
+            None,
+            None,
+            None,
+            None,
+            Some((lattice(ROOT, 13, 13), lattice(ROOT, 12, 12))),
+        ],
+    )
 }
 
 fn tile(address: TileAddress, mesh: &Mesh, collapses: &[Option<(DVec2, DVec2)>]) -> Tile {
-    let vertex = |place: DVec2| mesh.positions.iter().position(|position| position.truncate() == place).unwrap();
+    let vertex = |place: DVec2| {
+        mesh.positions
+            .iter()
+            .position(|position| position.truncate() == place)
+            .unwrap()
+    };
     let mut log = CollapseLog::default();
     for (band, collapse) in collapses.iter().enumerate() {
         let lift = if band == Side::ALL.len() { HEIGHT_STEP } else { 0.0 };
@@ -165,14 +217,28 @@ fn tile(address: TileAddress, mesh: &Mesh, collapses: &[Option<(DVec2, DVec2)>])
             let (blue, red) = (vertex(blue), vertex(red));
             let red_before = mesh.positions[red];
             let red_after = red_before + DVec3::Z * lift;
-            Collapse { blue: blue as u32, red: red as u32, red_before, red_after }
+            Collapse {
+                blue: blue as u32,
+                red: red as u32,
+                red_before,
+                red_after,
+            }
         }));
-        log.bands.push(Band { end: log.collapses.len(), error: CLAIMED });
+        log.bands.push(Band {
+            end: log.collapses.len(),
+            error: CLAIMED,
+        });
     }
     let partition = SurfacePartition::from_log(mesh, &log, CLAIMED).unwrap();
     assert_eq!(partition.levels.len(), 2 + Side::ALL.len());
     let outline_errors = vec![1.0; partition.levels.len()];
-    Tile { address, extent_bits: BITS - address.zoom, height_exponent: -6, partition, outline_errors }
+    Tile {
+        address,
+        extent_bits: BITS - address.zoom,
+        height_exponent: -6,
+        partition,
+        outline_errors,
+    }
 }
 
 fn used_vertices(mesh: &Mesh) -> Mesh {
@@ -222,4 +288,3 @@ fn metadata(tiles: &BTreeMap<TileAddress, Tile>) -> Metadata {
         zooms: vec![zoom(0, [1, 0, 1, 0]), zoom(1, [2, 0, 3, 1])],
     }
 }
-

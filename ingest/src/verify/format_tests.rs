@@ -72,17 +72,27 @@ fn read(bytes: &[u8]) -> SlowTile {
         vertices: word(at + 12),
         triangles: word(at + 16),
     });
-    let mut tile = SlowTile { vertices: Vec::new(), triangles: Vec::new(), ends: Vec::new() };
+    let mut tile = SlowTile {
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+        ends: Vec::new(),
+    };
     let mut current: Vec<Position> = Vec::new();
     for entry in entries {
         let mut inflated = Vec::new();
         let packed = &bytes[entry.offset..entry.offset + entry.length];
-        flate2::read::DeflateDecoder::new(packed).read_to_end(&mut inflated).unwrap();
+        flate2::read::DeflateDecoder::new(packed)
+            .read_to_end(&mut inflated)
+            .unwrap();
         let mut numbers = Numbers { bytes: inflated, at: 0 };
         let mut own = [0; 3];
         for index in tile.vertices.len()..entry.vertices {
             own = numbers.difference_from(own);
-            let mut vertex = Vertex { own, representative: index, restores: own };
+            let mut vertex = Vertex {
+                own,
+                representative: index,
+                restores: own,
+            };
             if !tile.ends.is_empty() {
                 vertex.representative = index - numbers.unsigned() as usize;
                 vertex.restores = numbers.difference_from(current[vertex.representative]);
@@ -96,7 +106,8 @@ fn read(bytes: &[u8]) -> SlowTile {
             first += numbers.signed();
             let second = first + numbers.signed();
             let third = second + numbers.signed();
-            tile.triangles.push([first, second, third].map(|corner| corner as usize));
+            tile.triangles
+                .push([first, second, third].map(|corner| corner as usize));
         }
         assert_eq!(numbers.at, numbers.bytes.len(), "bytes left over");
         tile.ends.push((entry.vertices, entry.triangles));
@@ -117,20 +128,25 @@ impl SlowTile {
             vertex = self.vertices[vertex].representative;
         }
         let moves = |&other: &usize| self.vertices[other].representative == vertex && self.is_drawn(other, levels);
-        let last = (vertex + 1..self.vertices.len()).filter(moves).last();
+        let last = (vertex + 1..self.vertices.len()).rev().find(moves);
         last.map_or(self.vertices[vertex].own, |other| self.vertices[other].restores)
     }
 
     fn triangles(&self, levels: &[usize]) -> BTreeSet<[Position; 3]> {
         let level_of = |triangle: usize| self.ends.iter().position(|end| triangle < end.1).unwrap();
         let drawn = (0..self.triangles.len()).filter(|&triangle| levels.contains(&level_of(triangle)));
-        drawn.map(|triangle| self.triangles[triangle].map(|corner| self.place(corner, levels))).collect()
+        drawn
+            .map(|triangle| self.triangles[triangle].map(|corner| self.place(corner, levels)))
+            .collect()
     }
 }
 
 fn triangles(mesh: &Mesh, step: f64) -> BTreeSet<[Position; 3]> {
     let place = |p: DVec3| [p.x as i64, p.y as i64, (p.z / step) as i64];
-    mesh.triangles.iter().map(|t| t.map(|corner| place(mesh.positions[corner as usize]))).collect()
+    mesh.triangles
+        .iter()
+        .map(|t| t.map(|corner| place(mesh.positions[corner as usize])))
+        .collect()
 }
 
 #[test]
@@ -143,11 +159,20 @@ fn every_level_and_every_set_of_sides_is_what_the_description_says() {
         let mut sizes = BTreeSet::new();
         for (last, sides) in (0..interior).flat_map(|last| (0..16).map(move |sides: usize| (last, sides))) {
             let fine_sides = [0, 1, 2, 3].map(|side| sides >> side & 1 == 1);
-            let shown = (0..4).filter(|&side| fine_sides[side] && last + 1 == interior).map(|side| interior + side);
+            let shown = (0..4)
+                .filter(|&side| fine_sides[side] && last + 1 == interior)
+                .map(|side| interior + side);
             let levels: Vec<usize> = (0..=last).chain(shown).collect();
             let expected = slow.triangles(&levels);
-            let surface = tile.surface(Detail { interior: last, fine_sides });
-            assert_eq!(triangles(&surface, super::fixture::HEIGHT_STEP), expected, "{address} {levels:?}");
+            let surface = tile.surface(Detail {
+                interior: last,
+                fine_sides,
+            });
+            assert_eq!(
+                triangles(&surface, super::fixture::HEIGHT_STEP),
+                expected,
+                "{address} {levels:?}"
+            );
             sizes.insert(expected.len());
         }
         assert!(sizes.len() >= 2, "{address} has one surface only");

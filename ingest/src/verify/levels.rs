@@ -18,6 +18,9 @@ use super::window::{Window, turn};
 /// Lattice units around the Earth as a power of two, less one, that are whole numbers of an `f64` with room to spare.
 const MOST_BITS: u8 = 48;
 
+/// Part of a cell by which an outline may exceed its claim: the rounding of the raster's own place on the Earth.
+const CELL_SLACK: f64 = 1e-3;
+
 /// What is needed to measure any tile.
 pub(super) struct Source<'a> {
     pub(super) reference: &'a Reference<'a>,
@@ -133,7 +136,10 @@ fn unsound(tile: &Tile) -> Option<String> {
         return Some("claims an error that is no number of metres".to_owned());
     }
     if tile.address.zoom + tile.extent_bits > MOST_BITS {
-        return Some(format!("has a lattice of {} bits", tile.address.zoom + tile.extent_bits));
+        return Some(format!(
+            "has a lattice of {} bits",
+            tile.address.zoom + tile.extent_bits
+        ));
     }
     let extent = (1_u64 << tile.extent_bits) as f64;
     let in_square = |p: &DVec3| {
@@ -148,6 +154,14 @@ fn unsound(tile: &Tile) -> Option<String> {
         .chain(&tile.partition.blue_positions)
         .all(in_square);
     (!all_in_square).then(|| "has a vertex off its lattice".to_owned())
+}
+
+/// What a level's triangles cover.
+struct Coverage {
+    /// For each post of the tile's window.
+    samples: Vec<bool>,
+    /// Column and row of voids.
+    voids: Vec<(usize, usize)>,
 }
 
 struct TileCheck<'a> {
@@ -176,35 +190,19 @@ impl TileCheck<'_> {
             return result;
         }
         let surface = self.surface(&mesh);
-        let mut covered = vec![false; self.window.inside.len()];
-        let mut covered_voids = Vec::new();
-        let mut deviation = Worst::default();
-        visit_posts(&self.earth, self.source.reference, &surface, |column, row, figure| {
-            match self.source.reference.post(column, row) {
-                Post::Surface => deviation.meet(figure, DVec2::new(column as f64, row as f64)),
-                Post::Lone => {}
-                Post::Void => covered_voids.push((column, row)),
-            }
-            if let Some(index) = self.window.index(column, row) {
-                covered[index] = true;
-            }
-        });
-        if self.source.between_samples {
-            deviation = deviation.max(along_edges(&self.earth, self.source.reference, &surface));
-        }
+        let (coverage, at_samples) = self.cover(&surface);
+        let deviation = if self.source.between_samples {
+            at_samples.max(along_edges(&self.earth, self.source.reference, &surface))
+        } else {
+            at_samples
+        };
         let outline = Outline::new(self.tile, &self.earth, &mesh, &surface);
-        let uncovered = outline.uncovered(&self.window, &covered, self.neighbours);
-        let excess = outline.excess(&covered_voids);
+        let uncovered = outline.uncovered(&self.window, &coverage.samples, self.neighbours);
+        let excess = outline.excess(&coverage.voids);
         result.measured = deviation.figure;
         result.measured_outline = uncovered.figure.max(excess.figure);
-        let slack = self
-            .source
-            .reference
-            .grid
-            .georeference
-            .cell_metres(uncovered.max(excess).place)
-            .max_element()
-            * 1e-3;
+        let georeference = &self.source.reference.grid.georeference;
+        let slack = georeference.cell_metres(uncovered.max(excess).place).max_element() * CELL_SLACK;
         let figures = [
             ("vertical error", deviation, result.claimed, ROUNDING),
             ("outline: a sample left out", uncovered, result.claimed_outline, slack),
@@ -215,15 +213,34 @@ impl TileCheck<'_> {
                 slack,
             ),
         ];
-        for (what, worst, claimed, slack) in figures {
-            if worst.figure > claimed + slack {
-                let place = self.source.reference.grid.georeference.geographic(worst.place);
-                result
-                    .violations
-                    .push(self.violation(what, index).at(place).figures(claimed, worst.figure));
-            }
-        }
+        let broken = figures
+            .into_iter()
+            .filter(|(_, worst, claimed, slack)| worst.figure > claimed + slack);
+        result.violations.extend(broken.map(|(what, worst, claimed, _)| {
+            let place = georeference.geographic(worst.place);
+            self.violation(what, index).at(place).figures(claimed, worst.figure)
+        }));
         result
+    }
+
+    /// Which posts the triangles cover, and the worst deviation at them.
+    fn cover(&self, surface: &Surface) -> (Coverage, Worst) {
+        let mut coverage = Coverage {
+            samples: vec![false; self.window.inside.len()],
+            voids: Vec::new(),
+        };
+        let mut worst = Worst::default();
+        visit_posts(&self.earth, self.source.reference, surface, |column, row, deviation| {
+            match self.source.reference.post(column, row) {
+                Post::Surface => worst.meet(deviation, DVec2::new(column as f64, row as f64)),
+                Post::Lone => {}
+                Post::Void => coverage.voids.push((column, row)),
+            }
+            if let Some(index) = self.window.index(column, row) {
+                coverage.samples[index] = true;
+            }
+        });
+        (coverage, worst)
     }
 
     fn violation(&self, what: impl Into<String>, index: usize) -> Violation {
@@ -240,13 +257,32 @@ impl TileCheck<'_> {
         let origin = DVec2::new(self.tile.address.west(), self.tile.address.south());
         let feet = mesh.positions.iter().map(|position| {
             let geographic = origin + position.truncate() * unit;
-            let grid = self.source.reference.grid.georeference.grid(geographic + DVec2::new(self.turn, 0.0));
-            (geographic, Foot { grid, height: position.z })
+            let grid = self
+                .source
+                .reference
+                .grid
+                .georeference
+                .grid(geographic + DVec2::new(self.turn, 0.0));
+            (
+                geographic,
+                Foot {
+                    grid,
+                    height: position.z,
+                },
+            )
         });
         let (geographic, feet): (Vec<DVec2>, Vec<Foot>) = feet.unzip();
         let positions = geographic.iter().zip(&feet).map(|(place, foot)| {
-            to_earth_centred(Geodetic { longitude: place.x, latitude: place.y, height: foot.height })
+            to_earth_centred(Geodetic {
+                longitude: place.x,
+                latitude: place.y,
+                height: foot.height,
+            })
         });
-        Surface { positions: positions.collect(), feet, triangles: mesh.triangles.clone() }
+        Surface {
+            positions: positions.collect(),
+            feet,
+            triangles: mesh.triangles.clone(),
+        }
     }
 }

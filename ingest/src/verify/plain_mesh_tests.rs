@@ -14,7 +14,9 @@ fn plane() -> HeightGrid {
     HeightGrid {
         columns: 9,
         rows: 9,
-        heights: (0_u8..81).map(|index| f32::from(index % 9) * 3.0 + f32::from(index / 9) * 5.0).collect(),
+        heights: (0_u8..81)
+            .map(|index| f32::from(index % 9) * 3.0 + f32::from(index / 9) * 5.0)
+            .collect(),
         georeference: GeoReference::wgs84(9, 9, DVec2::new(7.0, 46.0), DVec2::new(0.25, -0.25)),
         vertical_datum: "unspecified".to_owned(),
         files: Vec::new(),
@@ -25,13 +27,22 @@ fn plane() -> HeightGrid {
 fn fan() -> Mesh {
     let corner = |column: f64, row: f64| DVec3::new(7.0 + column * 0.25, 46.0 - row * 0.25, column * 3.0 + row * 5.0);
     Mesh {
-        positions: vec![corner(0.0, 0.0), corner(8.0, 0.0), corner(8.0, 8.0), corner(0.0, 8.0), corner(4.0, 4.0)],
+        positions: vec![
+            corner(0.0, 0.0),
+            corner(8.0, 0.0),
+            corner(8.0, 8.0),
+            corner(0.0, 8.0),
+            corner(4.0, 4.0),
+        ],
         triangles: vec![[1, 0, 4], [2, 1, 4], [3, 2, 4], [0, 3, 4]],
     }
 }
 
 fn claim(error: f64) -> Claim {
-    Claim { error, bound: "surface".to_owned() }
+    Claim {
+        error,
+        bound: "surface".to_owned(),
+    }
 }
 
 #[test]
@@ -58,7 +69,10 @@ fn a_missing_triangle_leaves_samples_uncovered() {
     mesh.triangles.pop();
     let report = check(&mesh, &plane(), &claim(1.0));
     // Column 0 has 7 samples inside, columns 1, 2 and 3 have 5, 3 and 1 off the diagonals, which other triangles share.
-    assert_eq!(report.violations[0].what, "16 samples that no triangle covers, the first");
+    assert_eq!(
+        report.violations[0].what,
+        "16 samples that no triangle covers, the first"
+    );
 }
 
 #[test]
@@ -74,7 +88,11 @@ fn a_covered_void_is_found_and_its_cells_are_no_surface() {
 fn a_triangle_turned_over_is_no_surface() {
     let mut mesh = fan();
     mesh.triangles[2].swap(0, 1);
-    assert!(check(&mesh, &plane(), &claim(1.0)).violations[0].what.starts_with("is no surface"));
+    assert!(
+        check(&mesh, &plane(), &claim(1.0)).violations[0]
+            .what
+            .starts_with("is no surface")
+    );
 }
 
 #[test]
@@ -99,7 +117,11 @@ fn ply_and_obj_say_what_they_claim() {
         fs::write(&path, text).unwrap();
         let report = super::mesh(&path, &plane(), None).unwrap();
         assert!(report.holds(), "{name}: {report}");
-        assert_eq!((report.claimed, report.vertices, report.triangles), (0.25, 5, 4), "{name}");
+        assert_eq!(
+            (report.claimed, report.vertices, report.triangles),
+            (0.25, 5, 4),
+            "{name}"
+        );
     }
 }
 
@@ -108,7 +130,11 @@ fn files_that_are_no_meshes_or_claim_nothing_are_errors_of_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let cases = [
         ("empty.ply", "", "not a readable mesh"),
-        ("quads.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", "not a readable mesh"),
+        (
+            "quads.obj",
+            "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n",
+            "not a readable mesh",
+        ),
         ("nothing.obj", "# nothing\n", "has no triangles"),
         ("mesh.stl", "solid", "not a .ply or .obj file"),
     ];

@@ -124,10 +124,10 @@ pub(super) fn check_own(address: TileAddress, sides: &Sides, parent: Option<&Sid
             violations.push(Violation::of_tile(what, address));
         }
         let of_parent = match side {
-            Side::West => address.x % 2 == 0,
-            Side::South => address.y % 2 == 0,
-            Side::East => address.x % 2 == 1,
-            Side::North => address.y % 2 == 1,
+            Side::West => address.x.is_multiple_of(2),
+            Side::South => address.y.is_multiple_of(2),
+            Side::East => !address.x.is_multiple_of(2),
+            Side::North => !address.y.is_multiple_of(2),
         };
         let Some(parent) = parent.filter(|_| of_parent) else {
             continue;

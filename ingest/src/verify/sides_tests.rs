@@ -33,16 +33,33 @@ fn one_place_is_one_node_whichever_tile_and_zoom_it_is_seen_from() {
     let corner = |tile: &Tile, x: f64, y: f64| node(tile, DVec3::new(x, y, 5.0));
     let (east, west) = (tile(1, 3, 0), tile(1, 0, 0));
     assert_eq!(corner(&east, 512.0, 7.0), corner(&west, 0.0, 7.0));
-    assert_eq!(corner(&tile(0, 1, 0), 600.0, 700.0), corner(&tile(1, 3, 1), 88.0, 188.0));
-    assert_eq!(node(&west, DVec3::new(1.0, 1.0, 0.0)), node(&west, DVec3::new(1.0, 1.0, -0.0)));
+    assert_eq!(
+        corner(&tile(0, 1, 0), 600.0, 700.0),
+        corner(&tile(1, 3, 1), 88.0, 188.0)
+    );
+    assert_eq!(
+        node(&west, DVec3::new(1.0, 1.0, 0.0)),
+        node(&west, DVec3::new(1.0, 1.0, -0.0))
+    );
 }
 
 #[test]
 fn an_edge_on_the_antimeridian_is_one_sided_only_where_the_source_ends_on_it() {
     let (east, west) = (tile(1, 3, 1), tile(1, 0, 1));
-    let edge = |tile: &Tile, x: f64| [node(tile, DVec3::new(x, 57.0, 0.0)), node(tile, DVec3::new(x, 60.0, 0.0))];
+    let edge = |tile: &Tile, x: f64| {
+        [
+            node(tile, DVec3::new(x, 57.0, 0.0)),
+            node(tile, DVec3::new(x, 60.0, 0.0)),
+        ]
+    };
     let sided = |grid: &HeightGrid, tile: &Tile, side, x| {
-        is_one_sided(&Reference::new(grid), tile.address, tile.extent_bits, side, edge(tile, x))
+        is_one_sided(
+            &Reference::new(grid),
+            tile.address,
+            tile.extent_bits,
+            side,
+            edge(tile, x),
+        )
     };
     let whole = across_the_antimeridian(|_| false);
     assert!(!sided(&whole, &east, Side::East, 512.0) && !sided(&whole, &west, Side::West, 0.0));

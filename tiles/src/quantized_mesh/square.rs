@@ -9,7 +9,8 @@
 //! where measured and ground triangles meet: a wall
 //! ```
 //!
-//! A mesh that survives rounding comes out as it was: its edges are all there is room for. Where rounding turns
+//! A mesh that survives rounding comes out as it was: its edges are all there is room for (one that fills the square, too,
+//! needs no triangulation at all). Where rounding turns
 //! triangles over or flattens them, their edges cross others and are left out, and Delaunay triangles take their place:
 //! there is no hole and no overlap whatever was rounded.
 
@@ -43,6 +44,14 @@ pub(super) fn complete(mesh: &Mesh, extent_bits: u8, zoom: u8) -> Surface {
     let (mut points, triangles) = snap(mesh, extent_bits);
     let outline = Outline::of(&points, &mesh.triangles, &triangles);
     let whole = outline.is_the_square();
+    if whole
+        && triangles
+            .iter()
+            .all(|triangle| is_counter_clockwise(&points, *triangle))
+    {
+        // Its triangles cover their border's inside once: there is nothing to mend.
+        return join(points, triangles, Vec::new());
+    }
     if !whole {
         points.extend(ground_points(&outline, zoom));
     }
@@ -108,6 +117,15 @@ fn triple(point: Point) -> Triple {
 struct Outline {
     edges: Vec<[u32; 2]>,
     lines: Vec<[Triple; 2]>,
+    /// The lines again, in every band of [`BAND`] rows that they touch: an outline may have tens of thousands.
+    bands: Vec<Vec<[Triple; 2]>>,
+}
+
+/// Height of a band, in triple coordinates.
+const BAND: i64 = 3 * 128;
+
+fn band(row: i64) -> usize {
+    (row / BAND) as usize
 }
 
 impl Outline {
@@ -122,11 +140,16 @@ impl Outline {
             .filter(|([a, b], [start, end])| !sides.contains(&[*b, *a]) && start != end)
             .map(|(_, edge)| edge)
             .collect();
-        let lines = edges
+        let lines: Vec<[Triple; 2]> = edges
             .iter()
             .map(|edge| edge.map(|point| triple(points[point as usize])))
             .collect();
-        Self { edges, lines }
+        let mut bands = vec![Vec::new(); band(3 * i64::from(EXTENT)) + 1];
+        for &line in &lines {
+            let [a, b] = line.map(|(_, row)| band(row));
+            bands[a.min(b)..=a.max(b)].iter_mut().for_each(|band| band.push(line));
+        }
+        Self { edges, lines, bands }
     }
 
     /// Whether the mesh covers the whole square: it has a border, all of it on the square's.
@@ -146,7 +169,7 @@ impl Outline {
     /// a point in a polygon*, 2001: upward edges with the point to their left less downward ones with it to their right.
     fn winding(&self, point: Triple) -> Option<i32> {
         let mut turns = 0;
-        for &[a, b] in &self.lines {
+        for &[a, b] in &self.bands[band(point.1)] {
             if point.1 < a.1.min(b.1) || point.1 > a.1.max(b.1) {
                 continue;
             }

@@ -91,29 +91,32 @@ impl Random {
 }
 
 #[test]
-fn a_mesh_that_fills_its_square_keeps_its_triangles() {
+fn a_mesh_keeps_its_triangles_whether_it_fills_its_square_or_not() {
     let extent = 32_768.0;
     // Oblong cells, all cut the same way and then shaken: many of the cuts are no Delaunay edges.
     let mut mesh = grid(&even(16, extent), &even(9, extent), hills, |_, _| true);
     shake(&mut mesh, &mut Random(1), extent);
-    let quantized = through_bytes(&tile(address(10, 300, 700), 15, &mesh));
-    assert_eq!(quantized.measured_triangles, Some(2 * 16 * 9));
-    assert_eq!(quantized.edges.each_ref().map(Vec::len), [10, 17, 10, 17]);
-    let expected = mesh.triangles.iter().map(|triangle| {
-        triangle.map(|vertex| {
-            let position = mesh.positions[vertex as usize];
-            [position.x, position.y].map(|coordinate| (coordinate * 32_767.0 / extent).round() as u16)
-        })
-    });
-    let actual = quantized.triangles.iter().map(|triangle| {
-        triangle.map(|vertex| {
-            [
-                quantized.vertices[vertex as usize].u,
-                quantized.vertices[vertex as usize].v,
-            ]
-        })
-    });
-    assert_eq!(sorted(actual), sorted(expected));
+    for missing in [0, 1, 20] {
+        mesh.triangles.drain(100..100 + missing);
+        let quantized = through_bytes(&tile(address(10, 300, 700), 15, &mesh));
+        let measured = quantized.measured_triangles.unwrap() as usize;
+        let actual = quantized.triangles[..measured].iter().map(|triangle| {
+            triangle.map(|vertex| {
+                [
+                    quantized.vertices[vertex as usize].u,
+                    quantized.vertices[vertex as usize].v,
+                ]
+            })
+        });
+        let expected = mesh.triangles.iter().map(|triangle| {
+            triangle.map(|vertex| {
+                let position = mesh.positions[vertex as usize];
+                [position.x, position.y].map(|coordinate| (coordinate * 32_767.0 / extent).round() as u16)
+            })
+        });
+        assert_eq!(sorted(actual), sorted(expected), "{missing} missing");
+        assert_eq!(quantized.edges.each_ref().map(Vec::len), [10, 17, 10, 17]);
+    }
 }
 
 /// Triangles by their places, whatever their order and their first corner.
@@ -464,6 +467,29 @@ fn flat_ground_has_the_ellipsoids_normals() {
         let up = normal(place.longitude, place.latitude);
         // Half a cell of 0.7° and the rounding of two bytes.
         assert!(oct_decode(bytes).angle_between(up).to_degrees() < 1.5);
+    }
+}
+
+#[test]
+fn slivers_along_a_side_do_not_tilt_its_normals() {
+    let extent = 32_768.0;
+    let mut lines = even(8, extent);
+    lines.insert(1, 4.0);
+    // Two metres up within four lattice units of the west side: a slope of some 45°.
+    let mesh = grid(
+        &lines,
+        &even(8, extent),
+        |x, _| if x > 0.0 { 2.0 } else { 0.0 },
+        |_, _| true,
+    );
+    let tile = tile(address(11, 9, 1_024), 15, &mesh);
+    let quantized = through_bytes(&tile);
+    let normals = quantized.normals.as_ref().unwrap();
+    for &index in &quantized.edges[0] {
+        let place = quantized.geodetic(tile.address, index as usize);
+        let up = normal(place.longitude, place.latitude);
+        let tilt = oct_decode(normals[index as usize]).angle_between(up).to_degrees();
+        assert!(tilt < 2.0, "{tilt}");
     }
 }
 

@@ -1,0 +1,188 @@
+//! The program as a person meets it: exit codes, one line an error, nothing left behind.
+#![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data-samples/jacksboro_fault.tif");
+
+/// Runs the program in `folder`.
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_terrain-ingest"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// What a folder holds, by name.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// An Esri ASCII grid of 3 × 2 samples; `prj` is what its side file says, if there is one.
+fn ascii_grid(folder: &Path, name: &str, heights: &str, prj: Option<&str>) {
+    let header = "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 50\ncellsize 0.5\nNODATA_value -9999\n";
+    fs::write(folder.join(name), format!("{header}{heights}\n")).unwrap();
+    if let Some(prj) = prj {
+        fs::write(folder.join(name).with_extension("prj"), prj).unwrap();
+    }
+}
+
+const WGS84: &str = r#"GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;
+
+#[test]
+fn unusable_input_is_one_line_and_exit_code_2_and_leaves_nothing() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path();
+    fs::write(path.join("junk.tif"), "no raster at all").unwrap();
+    fs::write(path.join("truncated.tif"), &fs::read(SAMPLE).unwrap()[..70_000]).unwrap();
+    ascii_grid(path, "placeless.asc", "1 2 3\n4 5 6", None);
+    ascii_grid(path, "void.asc", "-9999 -9999 -9999\n-9999 -9999 -9999", Some(WGS84));
+    let before = names(path);
+    let cases: [(&[&str], &str); 14] = [
+        (&["absent.tif"], "absent.tif: cannot be read: No such file"),
+        (&["junk.tif"], "junk.tif: cannot be read"),
+        (&["truncated.tif"], "truncated.tif: cannot be read"),
+        (&["."], "not a file"),
+        (&["/vsicurl/http://127.0.0.1:1/a.tif"], "refused"),
+        (
+            &["placeless.asc"],
+            "placeless.asc: has no coordinate reference system; pass --crs",
+        ),
+        (&["void.asc"], "void.asc: every sample is void"),
+        (
+            &[SAMPLE, "--crs", "EPSG:999999"],
+            "`EPSG:999999` is no coordinate reference system",
+        ),
+        (&[SAMPLE, "--bounds", "5,5,4,6"], "are not west < east"),
+        (
+            &[SAMPLE, "-o", "absent/out.pmtiles"],
+            "absent/out.pmtiles: its folder does not exist",
+        ),
+        (
+            &["tin", SAMPLE, "--max-error", "5", "-o", "out.stl"],
+            "out.stl: meshes are written as .ply or .obj",
+        ),
+        (
+            &["tin", "junk.tif", "--max-error", "5", "-o", "out.ply"],
+            "junk.tif: cannot be read",
+        ),
+        (&["info", "junk.tif"], "junk.tif"),
+        (&["verify", "absent.pmtiles", SAMPLE], "absent.pmtiles"),
+    ];
+    for (arguments, message) in cases {
+        let output = run(
+            path,
+            &[arguments, &["--quiet"][..usize::from(arguments[0] != "info")]].concat(),
+        );
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(
+            error.starts_with("error: ") && error.contains(message),
+            "{arguments:?}: {error}"
+        );
+        assert_eq!(error.lines().count(), 1, "{arguments:?}: {error}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        assert_eq!(names(path), before, "{arguments:?}");
+    }
+}
+
+#[test]
+fn wrong_options_are_told_with_exit_code_2() {
+    let folder = TempDir::new().unwrap();
+    let cases: [(&[&str], &str); 6] = [
+        (&[], "<DEM>"),
+        (&[SAMPLE, "--max-error", "-3"], "above 0"),
+        (&[SAMPLE, "--max-error", "much"], "not a number"),
+        (&[SAMPLE, "--bounds", "-3,2,1"], "WEST,SOUTH,EAST,NORTH"),
+        (&[SAMPLE, "--jobs", "0"], "--jobs"),
+        (&["tin", SAMPLE, "-o", "out.ply"], "--max-error"),
+    ];
+    for (arguments, message) in cases {
+        let output = run(folder.path(), arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(error.contains(message), "{arguments:?}: {error}");
+        assert_eq!(names(folder.path()), [""; 0]);
+    }
+}
+
+#[test]
+fn help_teaches_by_examples() {
+    let folder = TempDir::new().unwrap();
+    let output = run(folder.path(), &["--help"]);
+    let help = text(&output.stdout);
+    assert!(output.status.success());
+    for part in [
+        "Examples:",
+        "terrain-ingest verify dem.pmtiles dem.tif",
+        "Exit codes:",
+        "certified error in metres",
+    ] {
+        assert!(help.contains(part), "{part} is missing in:\n{help}");
+    }
+}
+
+#[test]
+fn the_main_job_writes_an_archive_that_verifies() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path();
+    let built = run(path, &[SAMPLE, "--max-error", "20", "--json"]);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    assert_eq!(names(path), ["jacksboro_fault.pmtiles"]);
+    let report: Value = serde_json::from_slice(&built.stdout).unwrap();
+    assert_eq!(report["output"], "jacksboro_fault.pmtiles");
+    assert!(report["seconds"].as_f64().unwrap() > 0.0 && report["peak_memory_bytes"].as_u64().unwrap() > 1_000_000);
+
+    let info = run(path, &["info", "jacksboro_fault.pmtiles", "--json"]);
+    let metadata: Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!(metadata["source"]["crs"], "EPSG:4326");
+    assert_eq!(metadata["source"]["files"][0], "jacksboro_fault.tif");
+    assert_eq!(metadata["source"]["samples"], serde_json::json!([403, 344]));
+    assert!(metadata["max_error"].as_f64().unwrap() <= 20.0);
+
+    let verified = run(path, &["verify", "jacksboro_fault.pmtiles", SAMPLE, "--quiet"]);
+    let report = text(&verified.stdout);
+    assert!(
+        verified.status.success() && report.contains("verified"),
+        "{report}{}",
+        text(&verified.stderr)
+    );
+}
+
+#[test]
+fn one_mesh_keeps_its_error() {
+    let folder = TempDir::new().unwrap();
+    for name in ["out.ply", "out.obj"] {
+        let made = run(
+            folder.path(),
+            &["tin", SAMPLE, "--max-error", "15", "-o", name, "--json"],
+        );
+        assert!(made.status.success(), "{}", text(&made.stderr));
+        let verified = run(folder.path(), &["verify", name, SAMPLE, "--json"]);
+        assert!(
+            verified.status.success(),
+            "{}{}",
+            text(&verified.stdout),
+            text(&verified.stderr)
+        );
+        let report: Value = serde_json::from_slice(&verified.stdout).unwrap();
+        let measured = report["measured_between_samples"].as_f64().unwrap();
+        assert!(measured > 5.0 && measured <= 15.0, "{name}: {measured} m");
+    }
+    assert_eq!(names(folder.path()), ["out.obj", "out.ply"]);
+}
