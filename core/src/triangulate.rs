@@ -5,23 +5,26 @@
 //! differences: all triangles that stray too far are split in one round, and points between the samples count, too.
 //!
 //! ```text
-//! triangulate the outline's vertices and segments (spade); all vertices are new
-//! repeat until no vertex is new:
-//!     for each triangle inside the outline at a new vertex (insertion makes no others):
+//! triangulate the outline's vertices and segments (spade); all triangles are suspects
+//! repeat until there are no suspects:
+//!     for each suspect inside the outline:
 //!         find its worst point, at samples and (bound = surface) along its edges
-//!         if it strays further than the tolerance: note the point
-//!     insert the points noted: these are the new vertices
+//!         if it strays further than the tolerance: insert a point there, or the sample nearest to it
+//!     suspects ← triangles at the points inserted, and those that strayed and are still there
 //! ```
 
 use std::collections::HashSet;
 
 use glam::{DVec2, DVec3};
-use spade::handles::{FixedFaceHandle, FixedVertexHandle, InnerTag};
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::handles::{FaceHandle, FixedFaceHandle, FixedVertexHandle, InnerTag};
+use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 use thiserror::Error;
 
 use crate::mesh::Mesh;
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
+
+/// Plan units: vertices are rounded to whole ones, so an outline may be off by half a diagonal on either side.
+const ROUNDING_WIDTH: f64 = 1.5;
 
 /// The vertices and segments that a triangulation must have.
 #[derive(Clone, Debug, Default)]
@@ -92,20 +95,21 @@ pub fn triangulate(
     is_inside: impl Fn(DVec2) -> bool,
 ) -> Result<Mesh, TriangulateError> {
     let mut surface = Surface::new(outline, reference, refinement)?;
-    let mut new_vertices: Vec<FixedVertexHandle> = surface.triangulation.fixed_vertices().collect();
+    let mut suspects: Vec<[FixedVertexHandle; 3]> = surface.triangulation.inner_faces().map(corners_of).collect();
     loop {
         let inside = if outline.has_outside {
             surface.inside(&is_inside)
         } else {
             surface.all()
         };
-        if new_vertices.is_empty() {
+        if suspects.is_empty() {
             return Ok(surface.mesh(&inside));
         }
-        let points = surface.worst_points(&new_vertices, &inside);
-        new_vertices = points.into_iter().filter_map(|tries| surface.insert(tries)).collect();
+        suspects = surface.refine(suspects, &inside);
     }
 }
+
+type TriangleHandle<'a> = FaceHandle<'a, InnerTag, Vertex, (), CdtEdge<()>, ()>;
 
 #[derive(Clone, Copy)]
 struct Vertex {
@@ -161,7 +165,8 @@ impl<'a> Surface<'a> {
     }
 
     /// For each face whether it is of the surface: faces joined across edges that are no segments are alike, and what
-    /// most of their area says decides, since close to the outline rounding may tell wrong.
+    /// most of their area says decides, since close to the outline rounding may tell wrong. A region that is nowhere
+    /// wider than rounding lies between an outline that should be straight and its chord: it is outside.
     fn inside(&self, is_inside: &impl Fn(DVec2) -> bool) -> Vec<bool> {
         let mut inside = vec![false; self.triangulation.num_all_faces()];
         let mut seen = inside.clone();
@@ -170,19 +175,21 @@ impl<'a> Surface<'a> {
                 continue;
             }
             let region = self.region(face.fix(), &mut seen);
-            let vote: f64 = region
-                .iter()
-                .map(|&face| {
-                    let [a, b, c] = self
-                        .triangulation
-                        .face(face)
-                        .vertices()
-                        .map(|vertex| vertex.data().plan);
-                    let area = (b - a).perp_dot(c - a);
-                    if is_inside((a + b + c) / 3.0) { area } else { -area }
-                })
-                .sum();
-            region.iter().for_each(|face| inside[face.index()] = vote > 0.0);
+            let (mut vote, mut area) = (0.0, 0.0);
+            let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+            for &face in &region {
+                let [a, b, c] = self
+                    .triangulation
+                    .face(face)
+                    .vertices()
+                    .map(|vertex| vertex.data().plan);
+                let size = (b - a).perp_dot(c - a) / 2.0;
+                area += size;
+                vote += if is_inside((a + b + c) / 3.0) { size } else { -size };
+                (low, high) = (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
+            }
+            let is_of_surface = vote > 0.0 && area > ROUNDING_WIDTH * low.distance(high);
+            region.iter().for_each(|face| inside[face.index()] = is_of_surface);
         }
         inside
     }
@@ -206,23 +213,39 @@ impl<'a> Surface<'a> {
         region
     }
 
-    /// For each triangle at a new vertex that strays too far, the points to try, most urgent first: the sample next to
-    /// a place before the place itself, since that is where the surface bends.
-    fn worst_points(&self, new_vertices: &[FixedVertexHandle], inside: &[bool]) -> Vec<Vec<DVec2>> {
+    /// Inserts a point for each suspect that strays too far; gives the next suspects, which may be named twice.
+    fn refine(&mut self, suspects: Vec<[FixedVertexHandle; 3]>, inside: &[bool]) -> Vec<[FixedVertexHandle; 3]> {
         let mut seen = vec![false; inside.len()];
-        let mut points = Vec::new();
-        for &vertex in new_vertices {
-            for edge in self.triangulation.vertex(vertex).out_edges() {
-                let Some(face) = edge.face().as_inner() else { continue };
-                if inside[face.index()] && !std::mem::replace(&mut seen[face.index()], true) {
-                    let found = self.deviations(face.vertices().map(|vertex| *vertex.data()));
-                    if !found.is_empty() {
-                        points.push(found.iter().flat_map(|found| [found.at.round(), found.at]).collect());
-                    }
+        let mut strayed = Vec::new();
+        for corners in suspects {
+            let Some(face) = self.face(corners) else { continue };
+            if inside[face.index()] && !std::mem::replace(&mut seen[face.index()], true) {
+                let found = self.deviations(corners.map(|corner| *self.triangulation.vertex(corner).data()));
+                if !found.is_empty() {
+                    strayed.push((corners, found));
                 }
             }
         }
-        points
+        let mut next = Vec::new();
+        let mut has_new_vertex = false;
+        for (corners, found) in strayed {
+            next.push(corners);
+            // The sample next to a place before the place itself, since that is where the surface bends.
+            let mut tries = found.iter().flat_map(|found| [found.at.round(), found.at]);
+            if let Some(vertex) = tries.find_map(|grid| self.insert_at(grid)) {
+                let around = self.triangulation.vertex(vertex).out_edges();
+                next.extend(around.filter_map(|edge| edge.face().as_inner()).map(corners_of));
+                has_new_vertex = true;
+            }
+        }
+        if has_new_vertex { next } else { Vec::new() }
+    }
+
+    /// The triangle of these corners, if it is still there.
+    fn face(&self, [a, b, c]: [FixedVertexHandle; 3]) -> Option<FixedFaceHandle<InnerTag>> {
+        let edge = self.triangulation.get_edge_from_neighbors(a, b)?;
+        let face = edge.face().as_inner()?;
+        (edge.next().to().fix() == c).then(|| face.fix())
     }
 
     /// Where a triangle strays too far, the worst first.
@@ -244,11 +267,6 @@ impl<'a> Surface<'a> {
         self.refinement
             .frame
             .is_some_and(|frame| frame.along_side(a.plan, b.plan))
-    }
-
-    /// Inserts the first of the points that is not there yet.
-    fn insert(&mut self, tries: Vec<DVec2>) -> Option<FixedVertexHandle> {
-        tries.into_iter().find_map(|grid| self.insert_at(grid))
     }
 
     fn insert_at(&mut self, grid: DVec2) -> Option<FixedVertexHandle> {
@@ -283,6 +301,10 @@ impl<'a> Surface<'a> {
         }
         mesh
     }
+}
+
+fn corners_of(face: TriangleHandle) -> [FixedVertexHandle; 3] {
+    face.vertices().map(|vertex| vertex.fix())
 }
 
 /// The multiple of `step` nearest to a height; the height itself where there is no step.

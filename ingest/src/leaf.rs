@@ -48,7 +48,7 @@ pub(crate) fn on_side(side: Side, along: f64, extent: f64) -> DVec2 {
 }
 
 /// The runs of a side along which this square has surface, with coordinates from the square's corner.
-pub(crate) fn own_runs<'a>(curve: &'a BorderCurve, side: Side) -> impl Iterator<Item = &'a Run> {
+pub(crate) fn own_runs(curve: &BorderCurve, side: Side) -> impl Iterator<Item = &Run> {
     curve.runs.iter().filter(move |run| run.has_surface[own_half(side)])
 }
 

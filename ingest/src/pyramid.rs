@@ -319,7 +319,7 @@ impl<'a> Pyramid<'a> {
             progress.advance(1);
             node.transpose()
         };
-        let nodes = squares.into_par_iter().filter_map(|square| leaf(square)).collect();
+        let nodes = squares.into_par_iter().filter_map(leaf).collect();
         progress.done();
         nodes
     }

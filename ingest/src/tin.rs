@@ -253,7 +253,7 @@ fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &R
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    let mut file = new_file_in(folder)?;
     let mut writer = BufWriter::new(file.as_file_mut());
     let note = format!(
         "terrain-ingest certified error {} bound {}",
@@ -272,6 +272,14 @@ fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &R
     drop(writer);
     file.persist(output)?;
     Ok(())
+}
+
+/// A temporary file with the permissions that any new file gets.
+fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
 }
 
 /// Wavefront OBJ; numbers are written so that they read back as the same doubles.

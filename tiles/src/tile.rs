@@ -77,7 +77,7 @@ impl Tile {
     /// Longitude, latitude and height of a lattice position of this tile.
     #[must_use]
     pub fn geodetic(&self, position: DVec3) -> Geodetic {
-        let degrees_per_unit = self.address.degrees() / f64::from(1_u32 << self.extent_bits);
+        let degrees_per_unit = self.address.degrees() / (1_u64 << self.extent_bits) as f64;
         Geodetic {
             longitude: self.address.west() + position.x * degrees_per_unit,
             latitude: self.address.south() + position.y * degrees_per_unit,

@@ -1,0 +1,176 @@
+//! Whole archives of real terrain: what they claim is measured again, and a change that breaks a claim is found.
+#![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use geo::{Area, Coord, LineString, Polygon};
+use tempfile::TempDir;
+use terrain_ingest::verify::ArchiveReport;
+use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, verify};
+use terrain_tests::{sample, shared_data};
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::archive::{Reader, Writer};
+use terrain_tiles::codec::{self, Limits};
+use terrain_tiles::tile::Tile;
+
+const MAX_ERROR: f64 = 10.0;
+
+struct Built {
+    folder: TempDir,
+    grid: HeightGrid,
+}
+
+impl Built {
+    fn new(files: &[PathBuf], max_error: f64) -> Self {
+        let grid = raster::read(files, &ReadOptions::default()).unwrap();
+        let built = Self {
+            folder: TempDir::new().unwrap(),
+            grid,
+        };
+        built.build("archive.pmtiles", max_error);
+        built
+    }
+
+    fn build(&self, name: &str, max_error: f64) {
+        let options = pyramid::Options {
+            max_error: Some(max_error),
+            ..pyramid::Options::default()
+        };
+        pyramid::build(&self.grid, &options, &self.path(name), &Progress::silent()).unwrap();
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn verified(&self, name: &str) -> ArchiveReport {
+        verify::archive(&self.path(name), &self.grid, &Progress::silent()).unwrap()
+    }
+}
+
+static SAMPLE: LazyLock<Built> = LazyLock::new(|| Built::new(&[sample("jacksboro_fault.tif")], MAX_ERROR));
+
+fn tile(reader: &Reader, address: TileAddress) -> Tile {
+    codec::decode(&reader.tile(address).unwrap().unwrap(), &Limits::default()).unwrap()
+}
+
+/// Copies an archive, one tile changed on the way.
+fn with_change(from: &Path, to: &Path, changed: TileAddress, change: impl Fn(&mut Tile)) {
+    let reader = Reader::open(from).unwrap();
+    let mut writer = Writer::create(to).unwrap();
+    for address in reader.addresses() {
+        let mut tile = tile(&reader, address);
+        if address == changed {
+            change(&mut tile);
+        }
+        writer.add(address, &codec::encode(&tile).unwrap()).unwrap();
+    }
+    writer.finish(reader.metadata()).unwrap();
+}
+
+#[test]
+fn every_claim_of_the_sample_holds_and_the_leaves_keep_the_error_asked_for() {
+    let report = SAMPLE.verified("archive.pmtiles");
+    assert!(report.holds(), "{report}");
+    let leaves = report.zooms.last().unwrap();
+    assert_eq!(leaves.zoom, 11);
+    assert!(
+        leaves.measured_finest <= MAX_ERROR && leaves.measured_finest > 0.9 * MAX_ERROR,
+        "{report}"
+    );
+    for pair in report.zooms.windows(2) {
+        assert!(pair[0].triangles <= pair[1].triangles, "{report}");
+    }
+    assert!(report.shared_sides > 20 && report.mixed_tiles > 20, "{report}");
+}
+
+#[test]
+fn one_thread_and_four_write_the_same_bytes() {
+    let with_threads = |threads: usize, name: &str| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| SAMPLE.build(name, 40.0));
+        std::fs::read(SAMPLE.path(name)).unwrap()
+    };
+    assert!(with_threads(1, "one.pmtiles") == with_threads(4, "four.pmtiles"));
+}
+
+#[test]
+fn a_vertex_moved_by_more_than_the_bound_is_found_and_its_tile_named() {
+    let path = SAMPLE.path("archive.pmtiles");
+    let reader = Reader::open(&path).unwrap();
+    let address = reader.addresses().filter(|address| address.zoom == 11).nth(9).unwrap();
+    with_change(&path, &SAMPLE.path("moved.pmtiles"), address, |tile| {
+        let side = f64::from(1_u32 << tile.extent_bits);
+        let inside = |p: &glam::DVec3| p.x > 0.2 * side && p.x < 0.8 * side && p.y > 0.2 * side && p.y < 0.8 * side;
+        let finest = tile.partition.levels[0].vertex_end as usize;
+        let vertex = (0..finest)
+            .find(|&vertex| inside(&tile.partition.positions[vertex]))
+            .unwrap();
+        tile.partition.positions[vertex].z += 64.0;
+        tile.partition.blue_positions[vertex].z += 64.0;
+    });
+    let report = SAMPLE.verified("moved.pmtiles");
+    assert!(!report.holds());
+    let named = |violation: &verify::Violation| violation.tile == Some(address.to_string());
+    assert!(
+        report
+            .violations
+            .iter()
+            .any(|violation| named(violation) && violation.what.contains("error")),
+        "{report}"
+    );
+}
+
+#[test]
+fn the_surfaces_of_every_zoom_cover_the_raster_once() {
+    let reader = Reader::open(&SAMPLE.path("archive.pmtiles")).unwrap();
+    let [west, south, east, north] = reader.metadata().bounds;
+    let whole = (east - west) * (north - south);
+    for zoom in 6..=11 {
+        let tiles = reader.addresses().filter(|address| address.zoom == zoom);
+        let area: f64 = tiles.map(|address| plan_area(&tile(&reader, address))).sum();
+        assert!(
+            (area / whole - 1.0).abs() < 1e-4,
+            "zoom {zoom}: {area} of {whole} square degrees"
+        );
+    }
+}
+
+/// Square degrees of a tile's finest surface, triangle by triangle.
+fn plan_area(tile: &Tile) -> f64 {
+    let mesh = tile.surface(tile.finest());
+    let corner = |vertex: u32| {
+        let geodetic = tile.geodetic(mesh.positions[vertex as usize]);
+        Coord {
+            x: geodetic.longitude,
+            y: geodetic.latitude,
+        }
+    };
+    let polygon = |corners: &[u32; 3]| Polygon::new(LineString::from(corners.map(corner).to_vec()), vec![]);
+    mesh.triangles
+        .iter()
+        .map(|corners| polygon(corners).signed_area())
+        .sum()
+}
+
+#[test]
+fn two_adjacent_tiles_with_a_void_sea_meet_bit_for_bit_and_nest() {
+    let files = ["srtm/N51E001.hgt.zip", "srtm/N51E002.hgt.zip"].map(shared_data);
+    let [Some(west), Some(east)] = files else { return };
+    let built = Built::new(&[west, east], 5.0);
+    let report = built.verified("archive.pmtiles");
+    assert!(report.holds(), "{report}");
+    assert!(report.shared_sides > 500 && report.parents > 100, "{report}");
+}
+
+#[test]
+fn a_projected_raster_is_certified_on_the_earth() {
+    let Some(file) = shared_data("projected/elev_vinschgau_250m_utm32.tif") else {
+        return;
+    };
+    let built = Built::new(&[file], 20.0);
+    let report = built.verified("archive.pmtiles");
+    assert!(report.holds(), "{report}");
+    assert!(report.zooms.last().unwrap().measured_finest <= 20.0, "{report}");
+}
