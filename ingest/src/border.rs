@@ -245,3 +245,7 @@ fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
     };
     (0..count).map(move |index| (low + index as f64 - from) / (to - from))
 }
+
+#[cfg(test)]
+#[path = "border_tests.rs"]
+mod tests;

@@ -258,3 +258,7 @@ fn span(row: f64, margin: f64, corners: [DVec2; 3]) -> (f64, f64) {
     }
     (from - margin, to + margin)
 }
+
+#[cfg(test)]
+#[path = "certify_tests.rs"]
+mod tests;

@@ -11,7 +11,8 @@ use super::reference::Reference;
 pub(super) struct Window {
     columns: Range<usize>,
     rows: Range<usize>,
-    /// For each post of the window, by row, whether it is in the square or on its sides.
+    /// For each post of the window, by row, whether it is in the square, or on its sides and the corner of a whole cell
+    /// that reaches into the square.
     pub(super) inside: Vec<bool>,
 }
 
@@ -39,10 +40,18 @@ impl Window {
             rows: range(first.y, last.y, grid.rows),
             inside: Vec::new(),
         };
+        let is_inside = |place: DVec2| place.cmpgt(low).all() && place.cmplt(high).all();
+        let geographic = |post: DVec2| grid.georeference.geographic(post);
         window.inside = window
             .posts()
-            .map(|(_, (column, row))| grid.georeference.geographic(DVec2::new(column as f64, row as f64)))
-            .map(|place| place.cmpge(low).all() && place.cmple(high).all())
+            .map(|(_, (column, row))| {
+                let post = DVec2::new(column as f64, row as f64);
+                let place = geographic(post);
+                let is_on_side = !is_inside(place) && place.cmpge(low).all() && place.cmple(high).all();
+                is_inside(place)
+                    || (is_on_side
+                        && cells_around(reference, column, row).any(|towards| is_inside(geographic(post + towards))))
+            })
             .collect();
         window
     }
@@ -61,6 +70,15 @@ impl Window {
         let known = self.columns.contains(&column) && self.rows.contains(&row);
         known.then(|| (row - self.rows.start) * self.columns.len() + column - self.columns.start)
     }
+}
+
+/// A short step from a post into each whole cell that it is a corner of.
+fn cells_around(reference: &Reference, column: usize, row: usize) -> impl Iterator<Item = DVec2> {
+    let cells = [(-1, -1), (0, -1), (-1, 0), (0, 0)];
+    let whole = cells
+        .into_iter()
+        .filter(move |&(c, r)| reference.cell(column as i64 + c, row as i64 + r).is_some());
+    whole.map(|(c, r)| DVec2::new(c as f64 + 0.5, r as f64 + 0.5) / 50.0)
 }
 
 /// What to add to the longitudes of a tile to have those of the raster, which never jump but may exceed 180°.

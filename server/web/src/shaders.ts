@@ -8,7 +8,7 @@ const SKY_COLOUR = /* glsl */ `
   // Colour of the air in a direction, z up: pale at the horizon, blue above, slate below.
   vec3 skyColour(vec3 direction) {
     vec3 above = mix(HORIZON, vec3(0.25, 0.47, 0.74), pow(max(direction.z, 0.0), 0.55));
-    return mix(above, vec3(0.52, 0.59, 0.65), smoothstep(0.0, 0.45, -direction.z));
+    return mix(above, vec3(0.58, 0.66, 0.73), smoothstep(0.0, 0.6, -direction.z));
   }
 `;
 
@@ -24,6 +24,7 @@ export const TERRAIN_VERTEX = /* glsl */ `
   uniform vec3 axis;
   out vec3 fromEye;
   out float height;
+  out vec3 up;
   #include <common>
   #include <logdepthbuf_pars_vertex>
 
@@ -43,7 +44,8 @@ export const TERRAIN_VERTEX = /* glsl */ `
     vec4 before = texelFetch(positions, texel(int(place.y)), 0);
     vec4 vertex = mix(before, now, blend);
     height = vertex.w;
-    vec3 raised = vertex.xyz + upAt(vertex.xyz) * ((exaggeration - 1.0) * (height - baseHeight));
+    up = upAt(vertex.xyz);
+    vec3 raised = vertex.xyz + up * ((exaggeration - 1.0) * (height - baseHeight));
     vec4 seen = modelViewMatrix * vec4(raised, 1.0);
     fromEye = seen.xyz * mat3(viewMatrix);
     // Towards the eye, so that lines lie on the surface without a change of place on the screen.
@@ -57,8 +59,10 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform vec2 heights;
   uniform float contourInterval;
   uniform float hazeDistance;
+  uniform float exaggeration;
   in vec3 fromEye;
   in float height;
+  in vec3 up;
   #include <common>
   #include <logdepthbuf_pars_fragment>
   ${SKY_COLOUR}
@@ -76,21 +80,26 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
   float contour() {
     float steps = height / contourInterval;
     float width = max(fwidth(steps), 1e-6);
-    float line = 1.0 - smoothstep(0.5, 1.5, abs(fract(steps + 0.5) - 0.5) / width);
-    return line * (1.0 - smoothstep(0.06, 0.22, width));
+    float line = 1.0 - smoothstep(0.3, 1.1, abs(fract(steps + 0.5) - 0.5) / width);
+    return line * smoothstep(0.0, 0.01, width) * (1.0 - smoothstep(0.06, 0.22, width));
   }
 
   void main() {
     #include <logdepthbuf_fragment>
-    vec3 normal = normalize(cross(dFdx(fromEye), dFdy(fromEye)));
+    vec3 facet = normalize(cross(dFdx(fromEye), dFdy(fromEye)));
+    float level = dot(facet, up);
+    // Ground sampled every thirty metres has no walls: what is nearly upright is a sliver, lit as if it were level.
+    float slope = sqrt(max(1.0 - level * level, 0.0)) / (max(level, 1e-3) * exaggeration);
+    vec3 normal = normalize(mix(facet, up, smoothstep(2.5, 6.0, slope)));
+    float flatness = inversesqrt(1.0 + slope * slope);
     float share = (height - heights.x) / max(heights.y - heights.x, 1.0);
-    vec3 ground = mix(vec3(0.47, 0.43, 0.39), tint(share), smoothstep(0.45, 0.80, normal.z));
-    bool isSea = height <= 0.0 && normal.z > 0.9999;
+    vec3 ground = mix(vec3(0.47, 0.43, 0.39), tint(share), smoothstep(0.45, 0.80, flatness));
+    bool isSea = height <= 0.0 && flatness > 0.9999;
     if (isSea) ground = vec3(0.26, 0.43, 0.54);
     float sun = max(dot(normal, normalize(SUN)), 0.0);
-    vec3 light = vec3(0.40, 0.45, 0.53) * (0.65 + 0.35 * normal.z) + vec3(0.95, 0.88, 0.75) * sun;
+    vec3 light = vec3(0.40, 0.45, 0.53) * (0.65 + 0.35 * dot(normal, up)) + vec3(0.95, 0.88, 0.75) * sun;
     vec3 colour = ground * light;
-    if (!isSea) colour *= 1.0 - 0.22 * contour();
+    if (!isSea) colour *= 1.0 - 0.16 * contour();
     float distance = length(fromEye);
     float haze = 1.0 - exp(-pow(distance / hazeDistance, 1.6));
     colour = mix(colour, skyColour(fromEye / distance), haze);
@@ -124,7 +133,7 @@ export const SKY_VERTEX = /* glsl */ `
   }
 `;
 
-/** The air, and a glow around the sun. */
+/** The air behind everything. */
 export const SKY_FRAGMENT = /* glsl */ `
   in vec3 direction;
   ${SKY_COLOUR}

@@ -20,6 +20,8 @@ export interface SharedUniforms {
 
 /** Share of the way to the eye at which lines are drawn in front of the surface. */
 const LINE_LIFT = 0.9985;
+/** Of one triangle: three edges of two corners. */
+const INDICES_OF_EDGES = 6;
 
 /** The surface of one tile at a changeable level of detail. */
 export class TileMesh {
@@ -32,9 +34,11 @@ export class TileMesh {
   private readonly positions: THREE.DataTexture;
   private readonly places: THREE.DataTexture;
   private readonly blend = { value: 1 };
-  private readonly surface: THREE.Mesh;
-  private readonly wire: THREE.Mesh;
+  private readonly uniforms: Record<string, THREE.IUniform>;
+  private readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.ShaderMaterial>;
+  private wire: THREE.LineSegments | undefined;
   private shown: Detail | undefined;
+  private drawn = 0;
 
   constructor(
     private readonly tile: Tile,
@@ -49,19 +53,17 @@ export class TileMesh {
     this.geometry.setIndex(new THREE.BufferAttribute(tile.corners, 1));
     this.geometry.boundingSphere = new THREE.Sphere();
     this.byteLength = texels.byteLength + places.byteLength + tile.corners.byteLength;
-    const uniforms = {
+    this.uniforms = {
       ...shared,
       positions: { value: this.positions },
       places: { value: this.places },
       blend: this.blend,
       earthCentre: { value: frame.earthCentre.clone().sub(centre) },
     };
-    this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(uniforms));
-    this.wire = new THREE.Mesh(this.geometry, wireMaterial(uniforms));
-    this.wire.renderOrder = 1;
-    this.object = new THREE.Group().add(this.surface, this.wire);
+    this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(this.uniforms));
+    this.surface.frustumCulled = false;
+    this.object = new THREE.Group().add(this.surface);
     this.object.position.copy(centre);
-    for (const mesh of [this.surface, this.wire]) mesh.frustumCulled = false;
   }
 
   /** Shows a level of detail, `before` at once and `detail` when the blend has come to 1. Borders never blend. */
@@ -86,18 +88,24 @@ export class TileMesh {
   }
 
   setWireframe(visible: boolean): void {
-    this.wire.visible = visible;
+    if (visible && this.wire === undefined) {
+      this.wire = wireOf(this.tile, this.uniforms);
+      this.object.add(this.wire);
+      this.drawTriangles(this.drawn);
+    }
+    if (this.wire !== undefined) this.wire.visible = visible;
   }
 
   dispose(): void {
-    this.geometry.dispose();
-    this.positions.dispose();
-    this.places.dispose();
-    for (const mesh of [this.surface, this.wire]) (mesh.material as THREE.Material).dispose();
+    for (const part of [this.geometry, this.positions, this.places, this.surface.material]) part.dispose();
+    this.wire?.geometry.dispose();
+    (this.wire?.material as THREE.Material | undefined)?.dispose();
   }
 
   private drawTriangles(count: number): void {
+    this.drawn = count;
     this.geometry.setDrawRange(0, 3 * count);
+    this.wire?.geometry.setDrawRange(0, INDICES_OF_EDGES * count);
   }
 
   /** Neighbours change a common side in the same frame, but not in the same way: a blend there would show a gap. */
@@ -156,12 +164,26 @@ function surfaceMaterial(uniforms: Record<string, THREE.IUniform>): THREE.Shader
   });
 }
 
+/** The edges of the triangles in their order, so that what is drawn is a prefix as well. */
+function wireOf(tile: Tile, uniforms: Record<string, THREE.IUniform>): THREE.LineSegments {
+  const edges = new Uint32Array(2 * tile.corners.length);
+  for (let at = 0; at < tile.corners.length; at += 3) {
+    const [a = 0, b = 0, c = 0] = tile.corners.subarray(at, at + 3);
+    edges.set([a, b, b, c, c, a], 2 * at);
+  }
+  const geometry = new THREE.BufferGeometry().setIndex(new THREE.BufferAttribute(edges, 1));
+  geometry.boundingSphere = new THREE.Sphere();
+  const wire = new THREE.LineSegments(geometry, wireMaterial(uniforms));
+  wire.frustumCulled = false;
+  wire.renderOrder = 1;
+  return wire;
+}
+
 function wireMaterial(uniforms: Record<string, THREE.IUniform>): THREE.ShaderMaterial {
   return new THREE.ShaderMaterial({
     uniforms: { ...uniforms, lift: { value: LINE_LIFT } },
     vertexShader: TERRAIN_VERTEX,
     fragmentShader: WIRE_FRAGMENT,
-    wireframe: true,
     transparent: true,
     depthWrite: false,
   });

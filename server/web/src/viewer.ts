@@ -10,7 +10,7 @@ import type { Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
 /** Of the first view: looking north-north-west, this far down. */
-const FIRST_VIEW = { azimuthDegrees: 335, downDegrees: 32, fill: 0.62 };
+const FIRST_VIEW = { azimuthDegrees: 335, downDegrees: 32, fill: 0.8 };
 const LONGEST_STEP_SECONDS = 0.1;
 
 /** Shows one tileset at a time on a canvas. */

@@ -1,0 +1,66 @@
+use super::*;
+use crate::georeference::GeoReference;
+
+/// A raster at the equator: `columns` × `rows` samples a hundredth of a degree apart.
+fn raster(columns: usize, heights: Vec<f32>) -> HeightGrid {
+    let rows = heights.len() / columns;
+    HeightGrid {
+        columns,
+        rows,
+        heights,
+        georeference: GeoReference::wgs84(columns, rows, DVec2::new(20.0, 0.0), DVec2::new(0.01, -0.01)),
+        vertical_datum: "unspecified".into(),
+        files: vec![],
+    }
+}
+
+/// Two triangles over the whole raster; positions are longitude, latitude, height.
+fn sheet(grid: &HeightGrid, heights: [f64; 4]) -> Mesh {
+    let [west, south, east, north] = grid.georeference.geographic_bounds();
+    let corners = [(west, south), (east, south), (east, north), (west, north)];
+    let positions = corners
+        .iter()
+        .zip(heights)
+        .map(|(&(x, y), z)| DVec3::new(x, y, z))
+        .collect();
+    Mesh {
+        positions,
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}
+
+fn error(grid: &HeightGrid, mesh: &Mesh, bound: Bound) -> f64 {
+    let geodetic = |p: DVec3| Geodetic {
+        longitude: p.x,
+        latitude: p.y,
+        height: p.z,
+    };
+    Certifier::new(grid, bound).vertical_error(mesh, geodetic)
+}
+
+#[test]
+fn a_flat_sea_is_as_wrong_as_the_earth_is_round() {
+    let grid = raster(101, vec![0.0; 101 * 101]);
+    let found = error(&grid, &sheet(&grid, [0.0; 4]), Bound::Surface);
+    let diagonal = 2.0_f64.sqrt() * 111_000.0;
+    let sagitta = diagonal * diagonal / (8.0 * 6_370_000.0);
+    assert!((found / sagitta - 1.0).abs() < 0.02, "{found} m, expected {sagitta} m");
+}
+
+#[test]
+fn a_saddle_is_seen_between_its_samples() {
+    let grid = raster(2, vec![0.0, 40.0, 40.0, 0.0]);
+    let mesh = sheet(&grid, [40.0, 0.0, 40.0, 0.0]);
+    assert!((error(&grid, &mesh, Bound::Surface) - 20.0).abs() < 0.2);
+    assert!(error(&grid, &mesh, Bound::Samples) < 0.1);
+}
+
+#[test]
+fn a_sample_above_the_sheet_is_measured_along_the_normal() {
+    let mut heights = vec![0.0; 25];
+    heights[12] = 33.0;
+    let grid = raster(5, heights);
+    let found = error(&grid, &sheet(&grid, [0.0; 4]), Bound::Samples);
+    let sagitta = 2.0 * 2.0 * 2.0 * 1_110.0_f64.powi(2) / (2.0 * 6_370_000.0);
+    assert!((found - 33.0 - sagitta).abs() < 0.05, "{found}");
+}
