@@ -1,6 +1,6 @@
 //! A triangle mesh as two flat arrays, and the one validator that every mesh passes.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use thiserror::Error;
@@ -86,6 +86,18 @@ pub fn validate_topology(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<
         }
     }
     Ok(())
+}
+
+/// Directed edges that run along one triangle alone: the surface is to their left.
+#[must_use]
+pub fn boundary_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32)> {
+    let edges = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
+    let all: HashSet<(u32, u32)> = triangles.iter().flat_map(edges).collect();
+    triangles
+        .iter()
+        .flat_map(edges)
+        .filter(|&(a, b)| !all.contains(&(b, a)))
+        .collect()
 }
 
 /// Gives every fan of triangles that meets others in nothing but a vertex a vertex of its own, so that the star of each

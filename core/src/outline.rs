@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
+use crate::mesh::boundary_edges;
+
 /// The boundary loops of a mesh as they were, and which of their vertices are left.
 pub(crate) struct OutlineChains {
     /// Plan position of each vertex in metres.
@@ -19,7 +21,7 @@ pub(crate) struct OutlineChains {
 
 impl OutlineChains {
     pub(crate) fn new(triangles: &[[u32; 3]], metres: Vec<DVec2>) -> Self {
-        let following = boundary_edges(triangles);
+        let following = following(triangles);
         let mut chains = Self {
             visits: vec![(0, 0); metres.len()],
             is_left: vec![true; metres.len()],
@@ -113,14 +115,10 @@ impl OutlineChains {
 }
 
 /// For each vertex where boundary edges begin, their ends in order.
-fn boundary_edges(triangles: &[[u32; 3]]) -> HashMap<u32, Vec<u32>> {
-    let edges = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
-    let all: std::collections::HashSet<(u32, u32)> = triangles.iter().flat_map(edges).collect();
+fn following(triangles: &[[u32; 3]]) -> HashMap<u32, Vec<u32>> {
     let mut following: HashMap<u32, Vec<u32>> = HashMap::new();
-    for (from, to) in triangles.iter().flat_map(edges) {
-        if !all.contains(&(to, from)) {
-            following.entry(from).or_default().push(to);
-        }
+    for (from, to) in boundary_edges(triangles) {
+        following.entry(from).or_default().push(to);
     }
     following
 }

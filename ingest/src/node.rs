@@ -12,6 +12,7 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
+use terrain_core::mesh::boundary_edges;
 use terrain_core::reference::{Bound, Reference};
 use terrain_core::simplify::{Allowance, Shape, Simplifier, VertexKind};
 use terrain_core::{Mesh, SurfacePartition};
@@ -290,15 +291,4 @@ pub(crate) fn kinds(mesh: &Mesh, extent: i64) -> Vec<VertexKind> {
         }
     };
     (0..).zip(&mesh.positions).map(kind).collect()
-}
-
-/// Edges that one triangle alone has.
-fn boundary_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32)> {
-    let edges = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
-    let all: HashSet<(u32, u32)> = triangles.iter().flat_map(edges).collect();
-    triangles
-        .iter()
-        .flat_map(edges)
-        .filter(|&(a, b)| !all.contains(&(b, a)))
-        .collect()
 }

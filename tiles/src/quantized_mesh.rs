@@ -308,5 +308,5 @@ fn edge_lists(vertices: &[Vertex], triangles: &[[u32; 3]]) -> [Vec<u32>; 4] {
 }
 
 #[cfg(test)]
-#[path = "quantized_mesh/tests.rs"]
+#[path = "quantized_mesh_tests.rs"]
 mod tests;

@@ -97,7 +97,7 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     bool isSea = height <= 0.0 && flatness > 0.9999;
     if (isSea) ground = vec3(0.26, 0.43, 0.54);
     float sun = max(dot(normal, normalize(SUN)), 0.0);
-    vec3 light = vec3(0.40, 0.45, 0.53) * (0.65 + 0.35 * dot(normal, up)) + vec3(0.95, 0.88, 0.75) * sun;
+    vec3 light = vec3(0.47, 0.51, 0.58) * (0.65 + 0.35 * dot(normal, up)) + vec3(0.95, 0.88, 0.75) * sun;
     vec3 colour = ground * light;
     if (!isSea) colour *= 1.0 - 0.16 * contour();
     float distance = length(fromEye);
