@@ -21,7 +21,8 @@ declare global {
 async function start(): Promise<void> {
   const viewer = new Viewer(document.querySelector<HTMLCanvasElement>("#view")!, () => {
     const stats = viewer.stats();
-    if (stats !== undefined) hud.showStats(stats);
+    if (stats === undefined) return;
+    hud.showStats(stats);
     hud.showMessage(viewer.failure);
   });
   hud.connect(viewer);

@@ -15,8 +15,12 @@ const PYRAMID: Pyramid = {
   height: (longitude, latitude) => 40 * Math.sin((longitude * Math.PI) / 20) * Math.cos(1.7 * latitude),
 };
 
-/** A flat Earth of one metre a degree, all of whose tiles exist; those for which `isLoaded` holds are loaded. */
-function flatEarth(isLoaded: (tile: Address) => boolean = () => true): Tiles {
+/**
+ * A flat Earth of one metre a degree, all of whose tiles exist; those for which `isLoaded` holds are loaded. West of
+ * the middle, errors are `calm` times those of the east.
+ */
+function flatEarth(isLoaded: (tile: Address) => boolean = () => true, calm = 1): Tiles {
+  const roughness = ({ zoom, x }: Address) => (x < 2 ** zoom ? calm : 1);
   const finestError = (zoom: number) => 2 ** (PYRAMID.leafZoom - zoom);
   return {
     roots: [0, 1].map((x) => ({ zoom: 0, x, y: 0 })),
@@ -25,7 +29,10 @@ function flatEarth(isLoaded: (tile: Address) => boolean = () => true): Tiles {
       const side = degreesOf(zoom);
       return new Box3(new Vector3(x * side, y * side, 0), new Vector3((x + 1) * side, (y + 1) * side, 0));
     },
-    errors: (tile) => (isLoaded(tile) ? [2, 1.5, 1].map((factor) => factor * finestError(tile.zoom)) : undefined),
+    errors: (tile) => {
+      const finest = roughness(tile) * finestError(tile.zoom);
+      return isLoaded(tile) ? [2 * finest, 1.5 * finest, finest] : undefined;
+    },
     finestError,
   };
 }
@@ -63,7 +70,7 @@ test("from far away the coarsest level of the roots is enough", () => {
 
 test("less error allowed never draws fewer tiles", () => {
   const counts = [16, 8, 4, 2, 1].map((pixels) => select(flatEarth(), viewFrom(100, 60, 20, pixels)).choices.length);
-  assert.deepEqual(counts, counts.toSorted((a, b) => a - b));
+  assert.deepEqual(counts, [...counts].sort((a, b) => a - b));
   assert.ok(counts[0]! < counts[4]!, String(counts));
 });
 
@@ -84,6 +91,15 @@ for (const [name, isLoaded] of [["all", () => true], ["some", isMostlyLoaded]] a
     });
   }
 }
+
+test("rough ground beside calm ground: calm tiles stay coarse inside, but not where a side must be fine", async () => {
+  const { choices } = select(flatEarth(() => true, 1 / 64), viewFrom(185, 60, 2));
+  const calm = choices.filter(({ address }) => address.x < 2 ** address.zoom);
+  const withFineSide = calm.filter(({ fineSides }) => fineSides.includes(true));
+  assert.ok(withFineSide.length > 3 && withFineSide.every(({ interior }) => interior === 2));
+  assert.ok(calm.some(({ interior }) => interior === 0));
+  assert.deepEqual(await openEdges(choices), []);
+});
 
 /** Edges of the drawn surface, in lattice coordinates of the Earth, that no other triangle has in reverse. */
 async function openEdges(choices: readonly Choice[]): Promise<string[]> {

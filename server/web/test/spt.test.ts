@@ -43,6 +43,14 @@ function broken(change: object): Uint8Array {
   return encode({ ...SMALL, levels: SMALL.levels.map((level, n) => (n === 1 ? { ...level, ...change } : level)) });
 }
 
+/** The small tile with level 1 said to inflate to more or fewer bytes than it does. */
+function misannounced(difference: number): Uint8Array {
+  const bytes = Buffer.from(encode(SMALL));
+  const at = 32 + 32 + 28;
+  bytes.writeUInt32LE(bytes.readUInt32LE(at) + difference, at);
+  return bytes;
+}
+
 const faults: [string, Uint8Array, RegExp][] = [
   ["another magic", Uint8Array.from(encode(SMALL), (byte, at) => (at === 0 ? 0 : byte)), /magic/],
   ["an error that grows", broken({ error: 9 }), /bad error/],
@@ -51,6 +59,8 @@ const faults: [string, Uint8Array, RegExp][] = [
   ["a corner that is no vertex", broken({ triangles: [[0, 1, 5]] }), /corner out of range/],
   ["a place outside the tile", broken({ vertices: [{ position: [-1, 0, 0], representative: 0 }] }), /outside the tile/],
   ["a vertex that represents itself", broken({ vertices: [{ position: [1, 1, 0], representative: 4 }] }), /before it/],
+  ["a level longer than announced", misannounced(-1), /level 1 is longer/],
+  ["a level shorter than announced", misannounced(1), /level 1 is shorter/],
   ["an address off the Earth", encode({ ...SMALL, address: { zoom: 3, x: 16, y: 0 } }), /off the Earth/],
 ];
 for (const [name, bytes, message] of faults) {
