@@ -108,7 +108,14 @@ fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<Hei
         progress: progress.clone(),
         ..ReadOptions::default()
     };
-    raster::read(dems, &options).map_err(|error| Failure::Input(error.into()))
+    let grid = raster::read(dems, &options).map_err(|error| Failure::Input(error.into()))?;
+    if !grid.has_surface() {
+        let first = dems[0].display();
+        return Err(Failure::Input(anyhow!(
+            "{first}: no four neighbouring samples are all valid, so there is no surface"
+        )));
+    }
+    Ok(grid)
 }
 
 /// The raster's name with `.pmtiles`, in the current folder; `N48W125.hgt.zip` becomes `N48W125.pmtiles`.

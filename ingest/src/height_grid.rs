@@ -25,6 +25,19 @@ pub struct HeightGrid {
 }
 
 impl HeightGrid {
+    /// Whether some four neighbouring samples are all valid; without such a cell there is no surface.
+    #[must_use]
+    pub fn has_surface(&self) -> bool {
+        let rows: Vec<&[f32]> = self.heights.chunks_exact(self.columns).collect();
+        let whole = |above: &[f32], below: &[f32]| above.iter().chain(below).all(|height| !height.is_nan());
+        rows.windows(2).any(|pair| {
+            pair[0]
+                .windows(2)
+                .zip(pair[1].windows(2))
+                .any(|(above, below)| whole(above, below))
+        })
+    }
+
     /// The sample at a column and a row, NaN where void.
     ///
     /// # Panics

@@ -78,10 +78,10 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<HeightGrid, Read
         let wild = file.read_into(&mut mosaic, index, options)?;
         note_wild(file.layout(), wild, options);
     }
-    options.progress.done();
     if mosaic.heights.iter().all(|height| height.is_nan()) {
         return Err(ReadError::AllVoid(first.layout().path.clone()));
     }
+    options.progress.done();
     note_deep(&mosaic.heights, options);
     Ok(HeightGrid {
         columns: mosaic.columns,

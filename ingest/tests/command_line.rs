@@ -52,8 +52,10 @@ fn unusable_input_is_one_line_and_exit_code_2_and_leaves_nothing() {
     fs::write(path.join("truncated.tif"), &fs::read(SAMPLE).unwrap()[..70_000]).unwrap();
     ascii_grid(path, "placeless.asc", "1 2 3\n4 5 6", None);
     ascii_grid(path, "void.asc", "-9999 -9999 -9999\n-9999 -9999 -9999", Some(WGS84));
+    ascii_grid(path, "holes.asc", "1 -9999 3\n-9999 5 -9999", Some(WGS84));
     let before = names(path);
-    let cases: [(&[&str], &str); 14] = [
+    let cases: [(&[&str], &str); 15] = [
+        (&["holes.asc"], "holes.asc: no four neighbouring samples are all valid"),
         (&["absent.tif"], "absent.tif: cannot be read: No such file"),
         (&["junk.tif"], "junk.tif: cannot be read"),
         (&["truncated.tif"], "truncated.tif: cannot be read"),
