@@ -23,7 +23,8 @@ const HOMES: [(&str, &[&str]); 7] = [
     ("gdal", &["terrain-ingest"]),
     ("proj", &["terrain-ingest"]),
     ("exr", &["terrain-ingest"]),
-    ("rayon", &["terrain-ingest"]),
+    // The tests compare what one thread and several write.
+    ("rayon", &["terrain-ingest", "terrain-tests"]),
     ("axum", &["terrain-server"]),
     ("pmtiles", &["terrain-tiles"]),
     ("clap", &["terrain-ingest", "terrain-server"]),
