@@ -49,40 +49,28 @@ fn a_tile_comes_back_as_it_was() {
 }
 
 #[test]
-fn the_bytes_of_version_1_do_not_change() {
+fn bytes_written_by_version_1_are_read_for_ever() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v1.spt");
+    let golden = std::fs::read(file).unwrap();
+    assert_eq!(decode(&golden, &Limits::default()).unwrap(), small_tile());
+}
+
+#[test]
+fn the_header_and_the_directory_stand_where_the_specification_says() {
     let bytes = encode(&small_tile()).unwrap();
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     assert_eq!(&bytes[..8], b"SPTL\x01\x03\x06\xfe");
-    assert_eq!(
-        &bytes[8..32],
-        [
-            5,
-            0,
-            0,
-            0,
-            2,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            6,
-            0,
-            0,
-            0,
-            6,
-            0,
-            0,
-            0,
-            bytes.len() as u8,
-            (bytes.len() >> 8) as u8,
-            0,
-            0
-        ]
-    );
-    let kinds: Vec<u8> = (0..6).map(|level| bytes[32 + 32 * level]).collect();
+    assert_eq!([8, 12, 16, 20, 28].map(word), [5, 2, 0, 5, bytes.len() as u32]);
+    assert_eq!(bytes[24..28], [6, 0, 0, 0]);
+    let entries = (0..6).map(|level| 32 + 32 * level);
+    let kinds: Vec<u8> = entries.clone().map(|entry| bytes[entry]).collect();
     assert_eq!(kinds, [0, 0, 1, 2, 3, 4]);
+    let mut end = 32 + 32 * 6;
+    for entry in entries {
+        assert_eq!(word(entry + 4), end);
+        end += word(entry + 8);
+    }
+    assert_eq!(end, bytes.len() as u32);
 }
 
 #[test]
