@@ -91,3 +91,16 @@ fn rounding_does_not_hide_the_samples_along_an_edge() {
     let found = reference.triangle_deviation([point(0.0, low, 0.0), point(4.0, low, 0.0), point(2.0, 0.0, 0.0)]);
     assert!((found.size - 7.0).abs() < 1e-9, "{found:?}");
 }
+
+#[test]
+fn a_wide_flat_triangle_hangs_below_the_round_earth_at_its_samples() {
+    let heights = vec![0.0; 11 * 11];
+    let curvature = [DVec2::splat(1.0e-3); 11];
+    let reference = flat_earth(11, &heights, &curvature);
+    let found = reference.triangle_deviation([point(0.0, 0.0, 0.0), point(0.0, 10.0, 0.0), point(10.0, 0.0, 0.0)]);
+    // At the middle of the longest side, of 200 squared cells: a quarter of that times k.
+    assert!(
+        (found.size - 50.0e-3).abs() < 1e-12 && found.at == DVec2::splat(5.0),
+        "{found:?}"
+    );
+}

@@ -147,11 +147,91 @@ fn vertices_of_a_round_do_not_meet_so_levels_stay_few() {
         outline: 0.0,
     });
     assert!(simplifier.round < 40, "{} rounds", simplifier.round);
+    let levels = highest_level(&fine, simplifier.log());
+    assert!(
+        levels <= simplifier.round,
+        "{levels} levels of {} rounds",
+        simplifier.round
+    );
     assert!(
         simplifier.log().collapses.len() > 300,
         "{}",
         simplifier.log().collapses.len()
     );
+}
+
+/// The papers' rule by brute force: 1 + the highest level of the edge's endpoints and all their neighbours.
+fn highest_level(mesh: &Mesh, log: &CollapseLog) -> u32 {
+    let mut triangles = mesh.triangles.clone();
+    let mut levels = vec![0; mesh.positions.len()];
+    for collapse in &log.collapses {
+        let ends = [collapse.blue, collapse.red];
+        let star = triangles
+            .iter()
+            .filter(|corners| corners.iter().any(|corner| ends.contains(corner)));
+        let level = 1 + star.flatten().map(|&vertex| levels[vertex as usize]).max().unwrap();
+        ends.iter().for_each(|&end| levels[end as usize] = level);
+        triangles.retain(|corners| !ends.iter().all(|end| corners.contains(end)));
+        let corners = triangles.as_flattened_mut();
+        corners
+            .iter_mut()
+            .filter(|corner| **corner == collapse.blue)
+            .for_each(|corner| *corner = collapse.red);
+    }
+    levels.into_iter().max().unwrap()
+}
+
+/// Whether the link condition lets `blue` collapse into `red`.
+fn link_allows(triangles: Vec<[u32; 3]>, blue: u32, red: u32) -> bool {
+    let heights = [0.0; 4];
+    let curvature = [DVec2::ZERO; 2];
+    let plan = PlanMap::fit(DVec2::ZERO, DVec2::ONE, |p| p, |p| p);
+    let (ground, bound) = (DVec2::ONE, Bound::Samples);
+    let reference = Reference {
+        columns: 2,
+        rows: 2,
+        heights: &heights,
+        plan,
+        curvature: &curvature,
+        ground,
+        bound,
+    };
+    let mesh = Mesh {
+        positions: vec![DVec3::ZERO; 6],
+        triangles,
+    };
+    let shape = Shape {
+        height_step: 0.0,
+        least_altitude: 0.0,
+    };
+    let simplifier = Simplifier::new(&mesh, vec![VertexKind::Free; 6], &reference, shape);
+    let (around_blue, around_red) = (&simplifier.neighbours(blue), &simplifier.neighbours(red));
+    filters::link_allows(
+        &simplifier,
+        &Candidate {
+            blue,
+            red,
+            around_blue,
+            around_red,
+        },
+    )
+}
+
+#[test]
+fn collapses_that_would_tear_or_fold_the_surface_are_refused() {
+    let strip = vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]];
+    assert!(link_allows(strip.clone(), 1, 0), "along the boundary");
+    assert!(
+        !link_allows(strip, 1, 4),
+        "across the strip: both ends are on the boundary, the edge is not"
+    );
+    let fan = vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    assert!(
+        !link_allows(fan.clone(), 0, 1),
+        "vertex 2 is next to both without a triangle between the three"
+    );
+    assert!(link_allows(fan, 3, 0), "the middle may go");
+    assert!(!link_allows(vec![[0, 1, 2]], 0, 1), "the last triangle stays");
 }
 
 #[test]
