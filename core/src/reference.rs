@@ -157,7 +157,7 @@ impl Reference<'_> {
         let last_row = (high + ON_A_LINE).floor().min(self.rows as f64 - 1.0);
         let mut row = (low - ON_A_LINE).ceil().max(0.0);
         while row <= last_row {
-            let (from, to) = span(row.clamp(low, high), [a, b, c]);
+            let (from, to) = span(row, [a, b, c]);
             let first = (from - ON_A_LINE).ceil().max(0.0);
             let last = (to + ON_A_LINE).floor().min(self.columns as f64 - 1.0);
             let mut column = first;
@@ -317,7 +317,7 @@ fn bilinear_at(form: &[f64; 4], p: DVec2) -> f64 {
     form[0] + form[1] * p.x + form[2] * p.y + form[3] * p.x * p.y
 }
 
-/// First and last column of the triangle on a row.
+/// First and last column of the triangle on a row, or so close to it that rounding cannot tell.
 fn span(row: f64, corners: [DVec2; 3]) -> (f64, f64) {
     let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
     for (p, q) in [
@@ -326,11 +326,13 @@ fn span(row: f64, corners: [DVec2; 3]) -> (f64, f64) {
         (corners[2], corners[0]),
     ] {
         let (low, high) = if p.y <= q.y { (p, q) } else { (q, p) };
-        if low.y <= row && row <= high.y {
+        let (first, last) = (low.y.max(row - ON_A_LINE), high.y.min(row + ON_A_LINE));
+        if first <= last {
+            let at = |y: f64| low.x + (y - low.y) / (high.y - low.y) * (high.x - low.x);
             let columns = if low.y == high.y {
                 [low.x, high.x]
             } else {
-                [low.x + (row - low.y) / (high.y - low.y) * (high.x - low.x); 2]
+                [at(first), at(last)]
             };
             from = from.min(columns[0]).min(columns[1]);
             to = to.max(columns[0]).max(columns[1]);
