@@ -6,8 +6,9 @@ use std::sync::LazyLock;
 
 use geo::{Area, Coord, LineString, Polygon};
 use tempfile::TempDir;
+use terrain_core::reference::Bound;
 use terrain_ingest::verify::ArchiveReport;
-use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, verify};
+use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{Reader, Writer};
@@ -173,4 +174,21 @@ fn a_projected_raster_is_certified_on_the_earth() {
     let report = built.verified("archive.pmtiles");
     assert!(report.holds(), "{report}");
     assert!(report.zooms.last().unwrap().measured_finest <= 20.0, "{report}");
+}
+
+#[test]
+fn one_mesh_keeps_its_error_at_the_samples_where_that_is_what_was_asked() {
+    let output = SAMPLE.path("mesh.obj");
+    let options = tin::Options {
+        max_error: 20.0,
+        bound: Bound::Samples,
+    };
+    let report = tin::run(&SAMPLE.grid, &options, &output, &Progress::silent()).unwrap();
+    let measured = verify::mesh(&output, &SAMPLE.grid, None).unwrap();
+    assert!(measured.holds(), "{measured}");
+    assert!(
+        measured.measured_at_samples <= 20.0 && measured.measured_between_samples > 20.0,
+        "{measured}"
+    );
+    assert!(report.triangles < 12_000, "{}", report.triangles);
 }
