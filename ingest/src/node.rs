@@ -214,11 +214,10 @@ impl Build<'_> {
 
     /// How far, in metres, edges of the outline that are straight in space bulge from straight ones on the map.
     fn outline_bulge(&self, square: Square, mesh: &Mesh) -> f64 {
-        let extent = self.lattice.extent(square.zoom) as f64;
         let sides = leaf::frame(self.lattice, square);
         let bulges = boundary_edges(&mesh.triangles).into_iter().filter_map(|(a, b)| {
             let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize]);
-            if sides.along_side(a.truncate(), b.truncate()) || extent == 0.0 {
+            if sides.along_side(a.truncate(), b.truncate()) {
                 return None;
             }
             let [from, to] = [a, b].map(|p| self.geodetic(square, p));
