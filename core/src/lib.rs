@@ -15,15 +15,24 @@
 
 pub mod chain;
 pub mod collapse_log;
+mod connectivity;
+mod fan;
 mod filters;
-pub mod mesh;
+mod improve;
+mod interval;
 mod outline;
+pub mod mesh;
 pub mod partition;
 pub mod plan;
 pub mod reference;
+pub mod refine;
+mod samples;
+mod scan;
 pub mod simplify;
+pub mod surface;
 pub mod triangulate;
 
 pub use collapse_log::{Band, Collapse, CollapseLog};
 pub use mesh::Mesh;
 pub use partition::SurfacePartition;
+pub use surface::Surface;

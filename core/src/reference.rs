@@ -7,15 +7,16 @@
 //!
 //! ```text
 //! against a bilinear cell the difference of an edge is a parabola in each piece between grid lines:
-//! its extremes are at the piece's ends or at the parabola's vertex; that of a triangle is at samples or on its edges
+//! its extremes are at the piece's ends or at the parabola's summit; that of a triangle is at samples or on its edges
 //! ```
 
 use glam::DVec2;
 
 use crate::plan::PlanMap;
+use crate::scan;
 
 /// Cells within which a point is on a grid line: rounding must not hide the samples along an edge.
-const ON_A_LINE: f64 = 1e-7;
+pub(crate) const ON_A_LINE: f64 = 1e-7;
 
 /// Where the promised bound holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,14 +79,55 @@ impl Deviation {
             };
         }
     }
+
+    /// The larger of two.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        if other.size > self.size { other } else { self }
+    }
 }
 
-/// A part of an edge inside one valid cell.
-struct Piece {
-    start: f64,
-    end: f64,
-    /// Constant, column, row and product coefficient of the cell's bilinear form.
-    bilinear: [f64; 4],
+/// A part of an edge `a → b` inside one valid cell. Where the edge meets the surface at the parameter
+/// `start + s · (end − start)`, the straight line between its ends' heights has the height
+/// `first + s · (last − first) − bend · s · (1 − s)`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    pub(crate) start: f64,
+    pub(crate) end: f64,
+    pub(crate) first: f64,
+    pub(crate) last: f64,
+    pub(crate) bend: f64,
+}
+
+impl Piece {
+    /// Differences from an edge between two heights at both ends, and at the summit in between if there is one.
+    fn differences(&self, a: f64, b: f64) -> [f64; 3] {
+        let first = self.first - (a + self.start * (b - a));
+        let last = self.last - (a + self.end * (b - a));
+        let rise = last - first;
+        let summit = if rise.abs() < self.bend.abs() {
+            (first + last) / 2.0 - self.bend / 4.0 - rise * rise / (4.0 * self.bend)
+        } else {
+            first
+        };
+        [first, summit, last]
+    }
+
+    /// Largest difference from an edge between two heights.
+    pub(crate) fn deviation(&self, a: f64, b: f64) -> f64 {
+        let [first, summit, last] = self.differences(a, b).map(f64::abs);
+        first.max(summit).max(last)
+    }
+
+    /// The surface at the middle of the piece.
+    pub(crate) fn middle(&self) -> f64 {
+        (self.first + self.last) / 2.0 - self.bend / 4.0
+    }
+
+    fn summit(&self, first: f64, last: f64) -> f64 {
+        let share = 0.5 - (last - first) / (2.0 * self.bend);
+        self.start + share * (self.end - self.start)
+    }
 }
 
 impl Reference<'_> {
@@ -98,7 +140,8 @@ impl Reference<'_> {
     /// Whether the cell whose first corner is (`column`, `row`) has four samples.
     #[must_use]
     pub fn cell_is_valid(&self, column: i64, row: i64) -> bool {
-        self.corners(column, row).is_some()
+        let inside = column >= 0 && row >= 0 && column + 1 < self.columns as i64 && row + 1 < self.rows as i64;
+        inside && !self.corners(column as usize, row as usize).iter().any(|height| height.is_nan())
     }
 
     /// Height of the surface at a point; where some corners of its cell are void, of what samples there are.
@@ -122,7 +165,7 @@ impl Reference<'_> {
     }
 
     /// `kx` and `ky` at a row.
-    fn curvature_at(&self, row: f64) -> DVec2 {
+    pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
         self.curvature[(row.max(0.0) as usize).min(self.rows - 1)]
     }
 
@@ -130,215 +173,120 @@ impl Reference<'_> {
     #[must_use]
     pub fn triangle_deviation(&self, corners: [GridPoint; 3]) -> Deviation {
         let mut worst = Deviation::NONE;
-        self.visit_samples(corners, |column, row, weights, residual| {
-            let difference = residual
-                - weights
-                    .iter()
-                    .zip(corners)
-                    .map(|(w, corner)| w * corner.height)
-                    .sum::<f64>();
+        self.visit_differences(corners, |difference, column, row| {
             worst.include(difference, || DVec2::new(column as f64, row as f64));
         });
         worst
     }
 
-    /// Calls `visit(column, row, weights, target)` for each valid sample in the triangle: the flat triangle meets the
-    /// sample where the weighted sum of its corners' heights is `target`.
-    pub fn visit_samples(&self, corners: [GridPoint; 3], mut visit: impl FnMut(usize, usize, [f64; 3], f64)) {
-        let [a, b, c] = corners.map(|corner| corner.grid);
-        let area = (b - a).perp_dot(c - a);
+    #[inline(always)]
+    fn visit_differences(&self, corners: [GridPoint; 3], mut visit: impl FnMut(f64, usize, usize)) {
+        let [a, b, c] = corners;
+        let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
+        let area = to_b.perp_dot(to_c);
         if area == 0.0 {
             return;
         }
-        let curvature = self.curvature_at((a.y + b.y + c.y) / 3.0);
-        let sag = |p: DVec2| curvature.dot((p - a) * (p - a));
-        let (sag_b, sag_c) = (sag(b), sag(c));
-        let (low, high) = (a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y));
-        let last_row = (high + ON_A_LINE).floor().min(self.rows as f64 - 1.0);
-        let mut row = (low - ON_A_LINE).ceil().max(0.0);
-        while row <= last_row {
-            let (from, to) = span(row, [a, b, c]);
-            let first = (from - ON_A_LINE).ceil().max(0.0);
-            let last = (to + ON_A_LINE).floor().min(self.columns as f64 - 1.0);
-            let mut column = first;
-            while column <= last {
-                let sample = self.sample(column as usize, row as usize);
-                if !sample.is_nan() {
-                    let p = DVec2::new(column, row);
-                    let weight_b = (p - a).perp_dot(c - a) / area;
-                    let weight_c = (b - a).perp_dot(p - a) / area;
-                    let target = sample - sag(p) + weight_b * sag_b + weight_c * sag_c;
-                    visit(
-                        column as usize,
-                        row as usize,
-                        [1.0 - weight_b - weight_c, weight_b, weight_c],
-                        target,
-                    );
-                }
-                column += 1.0;
+        let curvature = self.curvature_at((a.grid.y + b.grid.y + c.grid.y) / 3.0);
+        let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
+        let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
+        let slope = (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area;
+        scan::visit_rows([a.grid, b.grid, c.grid], [self.columns, self.rows], |row, columns| {
+            let down = row as f64 - a.grid.y;
+            let at_row = a.height + slope.y * down + curvature.y * down * down;
+            let samples = &self.heights[row * self.columns..][columns.clone()];
+            for (column, &sample) in columns.zip(samples) {
+                let across = column as f64 - a.grid.x;
+                let difference = f64::from(sample) - at_row - (slope.x + curvature.x * across) * across;
+                visit(difference, column, row);
             }
-            row += 1.0;
-        }
+        });
     }
 
     /// Largest difference between the straight edge and the bilinear surface under it, exactly.
     #[must_use]
     pub fn edge_deviation(&self, a: GridPoint, b: GridPoint) -> Deviation {
         let mut worst = Deviation::NONE;
-        let curvature = self.curvature_at((a.grid.y + b.grid.y) / 2.0);
-        let direction = b.grid - a.grid;
-        let hang = curvature.dot(direction * direction);
+        let at = |t: f64| a.grid.lerp(b.grid, t);
         self.visit_pieces(a.grid, b.grid, |piece| {
-            let difference = |t: f64| {
-                let edge = a.height + t * (b.height - a.height) - hang * t * (1.0 - t);
-                bilinear_at(&piece.bilinear, a.grid + direction * t) - edge
-            };
-            let middle = (piece.start + piece.end) / 2.0;
-            let [first, centre, last] = [piece.start, middle, piece.end].map(difference);
-            worst.include(first, || a.grid + direction * piece.start);
-            worst.include(last, || a.grid + direction * piece.end);
-            let bend = first - 2.0 * centre + last;
-            let vertex = (first - last) / (4.0 * bend);
-            if bend != 0.0 && vertex.abs() < 0.5 {
-                let t = middle + vertex * (piece.end - piece.start);
-                worst.include(difference(t), || a.grid + direction * t);
-            }
+            let [first, summit, last] = piece.differences(a.height, b.height);
+            worst.include(first, || at(piece.start));
+            worst.include(last, || at(piece.end));
+            worst.include(summit, || at(piece.summit(first, last)));
         });
         worst
     }
 
-    /// Calls `visit(t, target)` at the ends and the middle of each piece of the edge `a → b` between grid lines: the
-    /// edge meets the surface where `(1 − t)·height_a + t·height_b` is `target`.
-    pub fn visit_edge(&self, a: DVec2, b: DVec2, mut visit: impl FnMut(f64, f64)) {
+    /// Calls `visit` with each piece of the edge `a → b` in a valid cell, or on the side of one.
+    pub(crate) fn visit_pieces(&self, a: DVec2, b: DVec2, mut visit: impl FnMut(Piece)) {
         let direction = b - a;
         let hang = self.curvature_at((a.y + b.y) / 2.0).dot(direction * direction);
-        self.visit_pieces(a, b, |piece| {
-            for t in [piece.start, (piece.start + piece.end) / 2.0, piece.end] {
-                visit(
-                    t,
-                    bilinear_at(&piece.bilinear, a + direction * t) + hang * t * (1.0 - t),
-                );
-            }
+        let hanging = |t: f64| hang * t * (1.0 - t);
+        let mut before: Option<f64> = None;
+        scan::visit_cells(a, b, |start, end| {
+            let [from, middle, to] = [start, (start + end) / 2.0, end].map(|t| a + direction * t);
+            let Some(cell) = self.cell_under(middle) else {
+                before = None;
+                return;
+            };
+            let first = before.unwrap_or_else(|| cell.height(from) + hanging(start));
+            let last = cell.height(to) + hanging(end);
+            before = Some(last);
+            let (step, length) = (to - from, end - start);
+            visit(Piece {
+                start,
+                end,
+                first,
+                last,
+                bend: cell.twist * step.x * step.y - hang * length * length,
+            });
         });
     }
 
-    fn visit_pieces(&self, a: DVec2, b: DVec2, mut visit: impl FnMut(Piece)) {
-        let mut columns = Crossings::new(a.x, b.x);
-        let mut rows = Crossings::new(a.y, b.y);
-        let mut start = 0.0;
-        while start < 1.0 {
-            let end = columns.next.min(rows.next).min(1.0);
-            columns.pass(end);
-            rows.pass(end);
-            if end > start {
-                if let Some(bilinear) = self.cell_under(a + (b - a) * ((start + end) / 2.0)) {
-                    visit(Piece { start, end, bilinear });
-                }
-                start = end;
-            }
+    /// The valid cell at a point; either neighbour where the point is on a grid line.
+    fn cell_under(&self, point: DVec2) -> Option<Cell> {
+        let index = |coordinate: f64, count: usize| (coordinate.max(0.0) as usize).min(count.saturating_sub(2));
+        let (column, row) = (index(point.x, self.columns), index(point.y, self.rows));
+        let cell = self.cell(column, row);
+        if !cell.twist.is_nan() {
+            return Some(cell);
         }
-    }
-
-    /// The bilinear form of the valid cell at a point; of either neighbour's where the point is on a grid line.
-    fn cell_under(&self, point: DVec2) -> Option<[f64; 4]> {
-        let first = point.floor();
-        let (column, row) = (first.x as i64, first.y as i64);
-        let before = DVec2::new(
-            f64::from(point.x - first.x < ON_A_LINE),
-            f64::from(point.y - first.y < ON_A_LINE),
-        );
-        let corners = self.corners(column, row).map(|heights| (column, row, heights));
-        let (column, row, [h00, h10, h01, h11]) = corners.or_else(|| {
-            let (column, row) = (column - before.x as i64, row - before.y as i64);
-            self.corners(column, row).map(|heights| (column, row, heights))
-        })?;
-        let (across, down, twist) = (h10 - h00, h01 - h00, h00 - h10 - h01 + h11);
-        let (c, r) = (column as f64, row as f64);
-        Some([
-            h00 - across * c - down * r + twist * c * r,
-            across - twist * r,
-            down - twist * c,
-            twist,
-        ])
-    }
-
-    fn corners(&self, column: i64, row: i64) -> Option<[f64; 4]> {
-        let inside = column >= 0 && row >= 0 && column + 1 < self.columns as i64 && row + 1 < self.rows as i64;
-        if !inside {
-            return None;
-        }
-        let (c, r) = (column as usize, row as usize);
-        let heights = [(c, r), (c + 1, r), (c, r + 1), (c + 1, r + 1)].map(|(c, r)| self.sample(c, r));
-        (!heights.iter().any(|height| height.is_nan())).then_some(heights)
-    }
-}
-
-/// Parameters at which a coordinate that runs from `from` to `to` passes whole numbers.
-struct Crossings {
-    next: f64,
-    whole: f64,
-    step: f64,
-    from: f64,
-    per_unit: f64,
-}
-
-impl Crossings {
-    fn new(from: f64, to: f64) -> Self {
-        let step = if to > from { 1.0 } else { -1.0 };
-        let whole = if step > 0.0 {
-            from.floor() + 1.0
-        } else {
-            from.ceil() - 1.0
+        let before = |coordinate: f64, index: usize| {
+            if coordinate - (index as f64) < ON_A_LINE { index.saturating_sub(1) } else { index }
         };
-        let per_unit = 1.0 / (to - from);
-        let next = if to == from {
-            f64::INFINITY
-        } else {
-            (whole - from) * per_unit
-        };
-        Self {
-            next,
-            whole,
-            step,
-            from,
-            per_unit,
+        let neighbour = self.cell(before(point.x, column), before(point.y, row));
+        (!neighbour.twist.is_nan()).then_some(neighbour)
+    }
+
+    fn cell(&self, column: usize, row: usize) -> Cell {
+        let [h00, h10, h01, h11] = self.corners(column, row);
+        Cell {
+            first: DVec2::new(column as f64, row as f64),
+            height: h00,
+            slope: DVec2::new(h10 - h00, h01 - h00),
+            twist: h00 - h10 - h01 + h11,
         }
     }
 
-    fn pass(&mut self, parameter: f64) {
-        while self.next <= parameter {
-            self.whole += self.step;
-            self.next = (self.whole - self.from) * self.per_unit;
-        }
+    fn corners(&self, column: usize, row: usize) -> [f64; 4] {
+        let (above, below) = (row * self.columns + column, (row + 1) * self.columns + column);
+        [above, above + 1, below, below + 1].map(|index| f64::from(self.heights[index]))
     }
 }
 
-fn bilinear_at(form: &[f64; 4], p: DVec2) -> f64 {
-    form[0] + form[1] * p.x + form[2] * p.y + form[3] * p.x * p.y
+/// The bilinear form of a cell; its twist is NaN where a corner is void.
+struct Cell {
+    first: DVec2,
+    height: f64,
+    slope: DVec2,
+    twist: f64,
 }
 
-/// First and last column of the triangle on a row, or so close to it that rounding cannot tell.
-fn span(row: f64, corners: [DVec2; 3]) -> (f64, f64) {
-    let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (p, q) in [
-        (corners[0], corners[1]),
-        (corners[1], corners[2]),
-        (corners[2], corners[0]),
-    ] {
-        let (low, high) = if p.y <= q.y { (p, q) } else { (q, p) };
-        let (first, last) = (low.y.max(row - ON_A_LINE), high.y.min(row + ON_A_LINE));
-        if first <= last {
-            let at = |y: f64| low.x + (y - low.y) / (high.y - low.y) * (high.x - low.x);
-            let columns = if low.y == high.y {
-                [low.x, high.x]
-            } else {
-                [at(first), at(last)]
-            };
-            from = from.min(columns[0]).min(columns[1]);
-            to = to.max(columns[0]).max(columns[1]);
-        }
+impl Cell {
+    fn height(&self, at: DVec2) -> f64 {
+        let inside = at - self.first;
+        self.height + self.slope.dot(inside) + self.twist * inside.x * inside.y
     }
-    (from, to)
 }
 
 #[cfg(test)]

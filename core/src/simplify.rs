@@ -1,35 +1,38 @@
 //! Edge collapses inside a tolerance volume, in rounds of an independent set, recorded in a [`CollapseLog`].
 //!
 //! The volume is that of A. Guéziec, *Surface simplification inside a tolerance volume*, IBM RC 20440, 1996, made exact
-//! for height fields: instead of error spheres the reference surface itself bounds every triangle. A collapse may give
-//! the red vertex a new height, the one of least squares among those that the reference allows.
+//! for height fields: instead of error spheres the reference surface itself bounds every triangle. A collapse may move
+//! the red vertex along the edge, and gives it the height of least squares among those that the reference allows.
 //!
 //! ```text
 //! for each band, by growing tolerance:
 //!     all vertices are worth a try
 //!     repeat until a round finds nothing:
 //!         for each vertex worth a try, in memory order, whose star no collapse of this round has touched:
-//!             for each neighbour, nearest first:
+//!             for each neighbour, nearest first, and each place for the red vertex:
 //!                 check kinds, link, orientation, outline, tolerance
 //!                 perform the first collapse that passes all; the star around it is worth a try again
 //!     close the band in the log
 //! ```
-//! The stars of a round do not meet, so a round is one level of the Surface Partition.
+//! The stars of a round do not meet, so a round is one level of the Surface Partition. Which collapse comes first makes
+//! little difference; that blocked vertices are tried again makes much.
 
 use glam::{DVec2, DVec3};
 
 use crate::collapse_log::{Band, Collapse, CollapseLog};
-use crate::filters::{self, Candidate};
-use crate::mesh::Mesh;
+use crate::fan::Fan;
+use crate::filters::{self, is_upright};
+use crate::interval::Interval;
 use crate::outline::OutlineChains;
-use crate::reference::{GridPoint, Reference};
-use crate::triangulate::stepped;
+use crate::reference::{Bound, GridPoint, Piece, Reference};
+use crate::samples::{Sample, SampleLists};
+use crate::surface::Surface;
 
 /// What a vertex may do in a collapse.
 ///
 /// | kind | as blue, into | as red | reason |
 /// | --- | --- | --- | --- |
-/// | `Free` | any but `Border` | yes, height free | |
+/// | `Free` | any but `Border` | yes, height free, place free if blue is `Free` | |
 /// | `OnColumn`, `OnRow` | same line | yes, height free | the strip along a tile's side stays straight |
 /// | `Outline` | along the outline | yes, height free | the hole keeps its shape within the tolerance |
 /// | `Fixed` | no | yes | corners |
@@ -50,6 +53,12 @@ pub enum VertexKind {
     Border,
 }
 
+impl VertexKind {
+    fn keeps_height(self) -> bool {
+        matches!(self, Self::Fixed | Self::Border)
+    }
+}
+
 /// What a band allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Allowance {
@@ -64,87 +73,153 @@ pub struct Allowance {
 pub struct Shape {
     /// Heights are multiples of this, metres; 0 leaves them free.
     pub height_step: f64,
-    /// No collapse makes a triangle of a smaller altitude than this, in plan units.
+    /// No edit makes a triangle of a smaller altitude than this, in plan units.
     pub least_altitude: f64,
+}
+
+/// How much work goes into few triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// Collapses keep the red vertex where it is; blocked vertices are tried once.
+    Fast,
+    /// The red vertex may go to the middle of the edge.
+    Default,
+    /// More places; edge swaps and vertex moves where no log is kept.
+    Best,
+}
+
+impl Quality {
+    /// Where on the edge the red vertex is tried, as shares of the way from its own place to the blue vertex's.
+    fn places(self) -> &'static [f64] {
+        match self {
+            Self::Fast => &[0.0],
+            Self::Default => &[0.0, 0.5],
+            Self::Best => &[0.0, 0.5, 0.25],
+        }
+    }
 }
 
 /// A mesh while it is simplified.
 pub struct Simplifier<'a> {
-    pub(crate) reference: &'a Reference<'a>,
-    shape: Shape,
-    pub(crate) positions: Vec<DVec3>,
-    pub(crate) grid: Vec<DVec2>,
+    pub(crate) surface: Surface<'a>,
+    pub(crate) samples: SampleLists,
+    pub(crate) shape: Shape,
+    pub(crate) quality: Quality,
     pub(crate) kinds: Vec<VertexKind>,
-    pub(crate) triangles: Vec<[u32; 3]>,
-    pub(crate) triangles_of: Vec<Vec<u32>>,
+    pub(crate) worth_a_try: Vec<bool>,
     outline: OutlineChains,
     outline_strayed: f64,
     log: CollapseLog,
     /// The round in which each vertex was last a red one.
     touched: Vec<u32>,
     round: u32,
+    pub(crate) scratch: Scratch,
+    /// exp
+    pub fitted: usize,
+}
+
+/// What one candidate after the other needs, kept so that none allocates.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    pub(crate) around_blue: Vec<u32>,
+    pub(crate) around_red: Vec<u32>,
+    nearest_first: Vec<(f64, u32, usize)>,
+    pub(crate) ring: Ring,
+    pub(crate) samples: Vec<Sample>,
+    pub(crate) fan: Fan,
+    pieces: Vec<(Piece, f64)>,
+}
+
+/// The points around the red vertex after a collapse, counter-clockwise.
+#[derive(Default)]
+pub(crate) struct Ring {
+    pub(crate) plan: Vec<DVec2>,
+    pub(crate) points: Vec<GridPoint>,
+    /// Whether the last is next to the first.
+    pub(crate) is_closed: bool,
+}
+
+impl Ring {
+    pub(crate) fn clear(&mut self, is_closed: bool) {
+        self.plan.clear();
+        self.points.clear();
+        self.is_closed = is_closed;
+    }
+
+    pub(crate) fn push(&mut self, surface: &Surface, vertex: u32) {
+        self.plan.push(surface.plan[vertex as usize]);
+        self.points.push(surface.points[vertex as usize]);
+    }
+
+    /// Whether all triangles from `centre` to the ring are counter-clockwise and high enough.
+    pub(crate) fn is_seen_from(&self, centre: DVec2, least_altitude: f64) -> bool {
+        let wrap = self.plan.last().zip(self.plan.first()).filter(|_| self.is_closed);
+        let mut links = self.plan.windows(2).map(|pair| (&pair[0], &pair[1])).chain(wrap);
+        links.all(|(&a, &b)| is_upright(centre, a, b, least_altitude))
+    }
+}
+
+/// Where a vertex may be put, and what that leaves of the differences.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) plan: DVec2,
+    pub(crate) point: GridPoint,
+    /// Sum of the squared differences at the samples of its star.
+    pub(crate) squares: f64,
+}
+
+/// An edge to collapse.
+#[derive(Clone, Copy)]
+pub(crate) struct Edge {
+    pub(crate) blue: u32,
+    pub(crate) red: u32,
+    /// The place of red around blue.
+    pub(crate) index: usize,
+    pub(crate) is_on_boundary: bool,
+}
+
+/// A collapse that passed all checks.
+struct Chosen {
+    red: u32,
+    place: Place,
+    strays: f64,
 }
 
 impl<'a> Simplifier<'a> {
-    /// Begins with `mesh`, whose positions are plan coordinates of `reference` and heights in metres. `kinds` tells
-    /// what each vertex may do; vertices of the outline that are [`VertexKind::Free`] become [`VertexKind::Outline`],
-    /// and [`VertexKind::Border`] where the outline touches itself.
+    /// Begins with `surface`. `kinds` tells what each vertex may do; vertices of the outline that are
+    /// [`VertexKind::Free`] become [`VertexKind::Outline`], and [`VertexKind::Border`] where the outline touches itself.
     #[must_use]
-    pub fn new(mesh: &Mesh, kinds: Vec<VertexKind>, reference: &'a Reference<'a>, shape: Shape) -> Self {
-        let grid: Vec<DVec2> = mesh
-            .positions
-            .iter()
-            .map(|p| reference.plan.grid(p.truncate()))
-            .collect();
-        let mut triangles_of = vec![Vec::new(); mesh.positions.len()];
-        for (triangle, corners) in (0_u32..).zip(&mesh.triangles) {
-            corners
-                .iter()
-                .for_each(|&corner| triangles_of[corner as usize].push(triangle));
-        }
-        let metres = grid.iter().map(|&point| point * reference.ground).collect();
-        let outline = OutlineChains::new(&mesh.triangles, metres);
-        let mut simplifier = Self {
-            reference,
-            shape,
-            positions: mesh.positions.clone(),
-            grid,
-            kinds,
-            triangles: mesh.triangles.clone(),
-            triangles_of,
-            outline,
-            outline_strayed: 0.0,
-            log: CollapseLog::default(),
-            touched: vec![0; mesh.positions.len()],
-            round: 0,
-        };
-        for vertex in 0..simplifier.kinds.len() {
-            let kind = &mut simplifier.kinds[vertex];
-            match simplifier.outline.visits(vertex as u32) {
+    pub fn new(surface: Surface<'a>, mut kinds: Vec<VertexKind>, shape: Shape, quality: Quality) -> Self {
+        let outline = OutlineChains::new(&surface);
+        for (kind, vertex) in kinds.iter_mut().zip(0..) {
+            match outline.visits(vertex) {
                 0 => {}
                 1 if *kind == VertexKind::Free => *kind = VertexKind::Outline,
                 1 => {}
                 _ => *kind = VertexKind::Border,
             }
         }
-        simplifier
+        Self {
+            samples: SampleLists::new(&surface),
+            touched: vec![0; kinds.len()],
+            worth_a_try: vec![false; kinds.len()],
+            surface,
+            shape,
+            quality,
+            kinds,
+            outline,
+            outline_strayed: 0.0,
+            log: CollapseLog::default(),
+            round: 0,
+            scratch: Scratch::default(),
+            fitted: 0,
+        }
     }
 
     /// Collapses what a band allows and closes the band.
     pub fn simplify(&mut self, allowance: Allowance) {
-        let mut worth_a_try: Vec<bool> = self.kinds.iter().map(|kind| *kind != VertexKind::Border).collect();
-        loop {
-            self.round += 1;
-            let before = self.log.collapses.len();
-            for vertex in 0..self.positions.len() as u32 {
-                if worth_a_try[vertex as usize] && !self.star_is_touched(vertex) {
-                    self.try_vertex(vertex, allowance, &mut worth_a_try);
-                }
-            }
-            if self.log.collapses.len() == before {
-                break;
-            }
-        }
+        self.try_all();
+        while self.round(allowance, true) > 0 {}
         self.close_band(allowance.vertical);
     }
 
@@ -160,21 +235,23 @@ impl<'a> Simplifier<'a> {
     /// `tolerance` metres. Infinity allows what topology does: the side as a curve was simplified before. Tells
     /// whether it could.
     pub fn collapse_border(&mut self, blue: u32, red: u32, tolerance: f64) -> bool {
-        let (around_blue, around_red) = (&self.neighbours(blue), &self.neighbours(red));
-        let candidate = Candidate {
-            blue,
-            red,
-            around_blue,
-            around_red,
-        };
-        let possible = filters::link_allows(self, &candidate)
-            && filters::stays_upright(self, blue, red, 0.0)
-            && filters::allowed_height(self, &candidate, tolerance).is_some();
-        if possible {
-            let height = self.positions[red as usize].z;
-            self.perform(blue, red, height);
+        // A vertex where the outline touches itself has triangles that a walk around it does not see.
+        if [blue, red].into_iter().any(|vertex| self.outline.visits(vertex) > 1) {
+            return false;
         }
-        possible
+        let mut scratch = std::mem::take(&mut self.scratch);
+        self.surface.connectivity.ring(blue, &mut scratch.around_blue);
+        scratch.samples.clear();
+        self.gather_around(blue, &mut scratch.samples);
+        let allowance = Allowance { vertical: tolerance, outline: 0.0 };
+        let shape = Shape { least_altitude: 0.0, ..self.shape };
+        let place = scratch.around_blue.iter().position(|&vertex| vertex == red);
+        let chosen = place.and_then(|place| self.checked(self.edge(blue, red, place, &scratch), shape, allowance, &mut scratch));
+        if let Some(chosen) = &chosen {
+            self.perform(blue, chosen, true, &mut scratch);
+        }
+        self.scratch = scratch;
+        chosen.is_some()
     }
 
     /// How far, in metres, the outline strays by now from that of the mesh the simplifier began with.
@@ -186,7 +263,7 @@ impl<'a> Simplifier<'a> {
     /// Position of a vertex.
     #[must_use]
     pub fn position(&self, vertex: u32) -> DVec3 {
-        self.positions[vertex as usize]
+        self.surface.position(vertex)
     }
 
     /// The log of all collapses so far.
@@ -195,146 +272,277 @@ impl<'a> Simplifier<'a> {
         &self.log
     }
 
-    /// The mesh as it is now, vertices renumbered in order; `kinds` go along.
+    /// The surface as it is now.
     #[must_use]
-    pub fn mesh(&self) -> (Mesh, Vec<VertexKind>) {
-        let mut numbers = vec![u32::MAX; self.positions.len()];
-        let (mut mesh, mut kinds) = (Mesh::default(), Vec::new());
-        for (vertex, triangles) in self.triangles_of.iter().enumerate() {
-            if !triangles.is_empty() {
-                numbers[vertex] = mesh.positions.len() as u32;
-                mesh.positions.push(self.positions[vertex]);
-                kinds.push(self.kinds[vertex]);
+    pub fn surface(&self) -> &Surface<'a> {
+        &self.surface
+    }
+
+    pub(crate) fn try_all(&mut self) {
+        for vertex in 0..self.kinds.len() as u32 {
+            self.try_again(vertex);
+        }
+    }
+
+    pub(crate) fn try_again(&mut self, vertex: u32) {
+        self.worth_a_try[vertex as usize] = self.kinds[vertex as usize] != VertexKind::Border;
+    }
+
+    /// Tries every vertex that is worth it and tells how many were collapsed. Only an independent set, if that is asked
+    /// for, and then also recorded.
+    pub(crate) fn round(&mut self, allowance: Allowance, is_recorded: bool) -> usize {
+        self.round += 1;
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let mut count = 0;
+        for vertex in 0..self.kinds.len() as u32 {
+            if self.worth_a_try[vertex as usize] && self.surface.connectivity.is_live(vertex) {
+                count += usize::from(self.try_vertex(vertex, allowance, is_recorded, &mut scratch));
             }
         }
-        let live = (0_u32..)
-            .zip(&self.triangles)
-            .filter(|(index, corners)| self.is_live(*index, corners));
-        mesh.triangles = live
-            .map(|(_, corners)| corners.map(|corner| numbers[corner as usize]))
-            .collect();
-        (mesh, kinds)
+        self.scratch = scratch;
+        count
     }
 
-    fn is_live(&self, triangle: u32, corners: &[u32; 3]) -> bool {
-        self.triangles_of[corners[0] as usize].contains(&triangle)
+    fn is_touched(&self, vertex: u32) -> bool {
+        self.touched[vertex as usize] == self.round
     }
 
-    fn try_vertex(&mut self, blue: u32, allowance: Allowance, worth_a_try: &mut [bool]) {
-        worth_a_try[blue as usize] = false;
-        let around_blue = self.neighbours_nearest_first(blue);
-        for &red in &around_blue {
-            if !filters::kinds_allow(self, blue, red) {
-                continue;
+    fn try_vertex(&mut self, blue: u32, allowance: Allowance, is_recorded: bool, scratch: &mut Scratch) -> bool {
+        self.surface.connectivity.ring(blue, &mut scratch.around_blue);
+        if self.is_touched(blue) || scratch.around_blue.iter().any(|&vertex| self.is_touched(vertex)) {
+            return false;
+        }
+        self.worth_a_try[blue as usize] = false;
+        scratch.samples.clear();
+        self.gather_around(blue, &mut scratch.samples);
+        let mut nearest_first = std::mem::take(&mut scratch.nearest_first);
+        self.sort_by_distance(blue, &scratch.around_blue, &mut nearest_first);
+        let chosen = nearest_first.iter().find_map(|&(_, red, index)| {
+            let edge = self.edge(blue, red, index, scratch);
+            let is_allowed = filters::kinds_allow(&self.surface, &self.kinds, edge);
+            is_allowed.then(|| self.checked(edge, self.shape, allowance, scratch)).flatten()
+        });
+        scratch.nearest_first = nearest_first;
+        let Some(chosen) = chosen else { return false };
+        self.perform(blue, &chosen, is_recorded, scratch);
+        self.touched[chosen.red as usize] = if is_recorded { self.round } else { 0 };
+        for &vertex in scratch.around_red.iter().chain([&chosen.red]) {
+            self.worth_a_try[vertex as usize] = self.kinds[vertex as usize] != VertexKind::Border;
+        }
+        true
+    }
+
+    fn sort_by_distance(&self, centre: u32, around: &[u32], sorted: &mut Vec<(f64, u32, usize)>) {
+        let at = self.surface.plan[centre as usize];
+        let distance = |vertex: u32| self.surface.plan[vertex as usize].distance_squared(at);
+        sorted.clear();
+        sorted.extend(around.iter().enumerate().map(|(index, &vertex)| (distance(vertex), vertex, index)));
+        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    }
+
+    fn edge(&self, blue: u32, red: u32, index: usize, scratch: &Scratch) -> Edge {
+        let is_on_boundary = self.surface.connectivity.is_boundary(blue) && (index == 0 || index + 1 == scratch.around_blue.len());
+        Edge { blue, red, index, is_on_boundary }
+    }
+
+    /// Passes a collapse through all filters but that of kinds. The samples around blue are gathered before.
+    fn checked(&mut self, edge: Edge, shape: Shape, allowance: Allowance, scratch: &mut Scratch) -> Option<Chosen> {
+        let Edge { blue, red, .. } = edge;
+        self.surface.connectivity.ring(red, &mut scratch.around_red);
+        if !filters::link_allows(&self.surface.connectivity, edge, &scratch.around_blue, &scratch.around_red) {
+            return None;
+        }
+        if scratch.around_red.iter().any(|&vertex| self.is_touched(vertex)) {
+            self.worth_a_try[blue as usize] = true;
+            return None;
+        }
+        let strays = if self.kinds[blue as usize] == VertexKind::Outline { self.outline.strays(blue, red) } else { 0.0 };
+        if strays > allowance.outline {
+            return None;
+        }
+        let keeps_height = self.kinds[red as usize].keeps_height();
+        self.surround(edge, keeps_height, scratch);
+        let of_blue = scratch.samples.len();
+        if strays > 0.0 {
+            self.gather_under(self.surface.points[red as usize].grid, scratch);
+        } else if !keeps_height {
+            self.gather_around_other(red, blue, &mut scratch.samples);
+        }
+        let only = keeps_height.then(|| self.surface.points[red as usize].height);
+        let place = (0..self.quality.places().len()).find_map(|number| {
+            let (plan, grid) = self.place(edge, number)?;
+            scratch.ring.is_seen_from(plan, shape.least_altitude).then_some(())?;
+            self.fitted += 1;
+            self.fit(plan, grid, only, allowance.vertical, scratch)
+        });
+        scratch.samples.truncate(of_blue);
+        place.map(|place| Chosen { red, place, strays })
+    }
+
+    /// The place of some number where the red vertex might go.
+    fn place(&self, edge: Edge, number: usize) -> Option<(DVec2, DVec2)> {
+        let (blue, red) = (edge.blue as usize, edge.red as usize);
+        let share = self.quality.places()[number];
+        if share == 0.0 {
+            return Some((self.surface.plan[red], self.surface.points[red].grid));
+        }
+        let are_free = self.kinds[blue] == VertexKind::Free && self.kinds[red] == VertexKind::Free;
+        // The middle is the same from both ends: the later of the two leaves it to the other.
+        let is_left_to_red = share == 0.5 && edge.red < edge.blue && self.worth_a_try[red];
+        (are_free && !is_left_to_red).then(|| {
+            let plan = self.surface.plan[red].lerp(self.surface.plan[blue], share).round();
+            (plan, self.surface.reference.plan.grid(plan))
+        })
+    }
+
+    /// Finds what will be around the red vertex; `without_red`: only where blue's triangles go.
+    ///
+    /// ```text
+    ///        x ─── c ─── y
+    ///        │   ╱ │ ╲   │        around blue: red c x … d       around red: blue d … y c
+    ///        │ blue ▶ red│        ring:        d … y c x …
+    ///        │   ╲ │ ╱   │
+    ///        … ─── d ─── …
+    /// ```
+    fn surround(&self, edge: Edge, without_red: bool, scratch: &mut Scratch) {
+        let Scratch { around_blue, around_red, ring, .. } = scratch;
+        let connectivity = &self.surface.connectivity;
+        let others = || around_blue[edge.index + 1..].iter().chain(&around_blue[..edge.index]).copied();
+        if without_red {
+            ring.clear(false);
+            others().for_each(|vertex| ring.push(&self.surface, vertex));
+            return;
+        }
+        ring.clear(!connectivity.is_boundary(edge.red));
+        let (is_first, is_last) = (edge.index == 0, edge.index + 1 == around_blue.len());
+        let before = usize::from(!edge.is_on_boundary || is_first);
+        let after = usize::from(!edge.is_on_boundary || is_last);
+        let own = others().count() - before - after;
+        for &vertex in around_red.iter() {
+            if vertex == edge.blue {
+                others().skip(before).take(own).for_each(|vertex| ring.push(&self.surface, vertex));
+            } else {
+                ring.push(&self.surface, vertex);
             }
-            let candidate = Candidate {
+        }
+    }
+
+    pub(crate) fn gather_around(&self, vertex: u32, samples: &mut Vec<Sample>) {
+        for edge in self.surface.connectivity.leaving(vertex) {
+            self.samples.gather(self.surface.reference, edge / 3, samples);
+        }
+    }
+
+    /// The samples around a vertex but for those in triangles with another one.
+    fn gather_around_other(&self, vertex: u32, other: u32, samples: &mut Vec<Sample>) {
+        let connectivity = &self.surface.connectivity;
+        for edge in connectivity.leaving(vertex) {
+            if connectivity.end(edge) != other && connectivity.apex(edge) != other {
+                self.samples.gather(self.surface.reference, edge / 3, samples);
+            }
+        }
+    }
+
+    /// The samples under the triangles from a place to the ring, whoever had them before.
+    fn gather_under(&self, centre: DVec2, scratch: &mut Scratch) {
+        for pair in scratch.ring.points.windows(2) {
+            let corners = [centre, pair[0].grid, pair[1].grid];
+            self.samples.gather_under(self.surface.reference, corners, &mut scratch.samples);
+        }
+    }
+
+    /// The best height of a vertex at a place inside the ring, if one is allowed, or `only` one.
+    pub(crate) fn fit(&self, plan: DVec2, grid: DVec2, only: Option<f64>, tolerance: f64, scratch: &mut Scratch) -> Option<Place> {
+        let Scratch { ring, fan, samples, pieces, .. } = scratch;
+        let reference = self.surface.reference;
+        let mut interval = Interval::new(tolerance, only);
+        fan.spread(reference, grid, &ring.points, ring.is_closed);
+        fan.constrain(samples, &mut interval);
+        pieces.clear();
+        if reference.bound == Bound::Surface {
+            for &end in &ring.points {
+                if interval.is_empty() {
+                    return None;
+                }
+                interval.constrain_by_edge(reference, grid, end, pieces);
+            }
+        }
+        let height = interval.best(ring.points[0].height, self.shape.height_step)?;
+        let holds = pieces.iter().all(|(piece, end)| piece.deviation(height, *end) <= tolerance);
+        holds.then(|| Place {
+            plan,
+            point: GridPoint { grid, height },
+            squares: interval.squares_at(height),
+        })
+    }
+
+    fn perform(&mut self, blue: u32, chosen: &Chosen, is_recorded: bool, scratch: &mut Scratch) {
+        let &Chosen { red, ref place, strays } = chosen;
+        if is_recorded {
+            self.log.collapses.push(Collapse {
                 blue,
                 red,
-                around_blue: &around_blue,
-                around_red: &self.neighbours(red),
-            };
-            if !filters::link_allows(self, &candidate) {
-                continue;
-            }
-            if candidate
-                .around_red
-                .iter()
-                .any(|&vertex| self.touched[vertex as usize] == self.round)
-            {
-                worth_a_try[blue as usize] = true;
-                continue;
-            }
-            let strays = self.outline_strays(blue, red);
-            if strays > allowance.outline || !filters::stays_upright(self, blue, red, self.shape.least_altitude) {
-                continue;
-            }
-            if let Some(height) = filters::allowed_height(self, &candidate, allowance.vertical) {
-                self.perform(blue, red, height);
-                self.outline_strayed = self.outline_strayed.max(strays);
-                self.touched[red as usize] = self.round;
-                for vertex in self.neighbours(red).into_iter().chain([red]) {
-                    worth_a_try[vertex as usize] = self.kinds[vertex as usize] != VertexKind::Border;
-                }
-                return;
-            }
+                red_before: self.surface.position(red),
+                red_after: place.plan.extend(place.point.height),
+            });
         }
-    }
-
-    fn outline_strays(&self, blue: u32, red: u32) -> f64 {
-        if self.kinds[blue as usize] == VertexKind::Outline {
-            self.outline.strays(blue, red)
-        } else {
-            0.0
-        }
-    }
-
-    fn perform(&mut self, blue: u32, red: u32, height: f64) {
-        let red_before = self.positions[red as usize];
-        let red_after = red_before.truncate().extend(height);
-        self.log.collapses.push(Collapse {
-            blue,
-            red,
-            red_before,
-            red_after,
-        });
-        self.positions[red as usize] = red_after;
+        self.lift_samples(blue, scratch, true);
+        self.lift_samples(red, scratch, false);
+        self.surface.connectivity.collapse(blue, red);
+        self.surface.plan[red as usize] = place.plan;
+        self.surface.points[red as usize] = place.point;
         self.outline.remove(blue);
-        for triangle in std::mem::take(&mut self.triangles_of[blue as usize]) {
-            let corners = self.triangles[triangle as usize];
-            if corners.contains(&red) {
-                for corner in corners {
-                    self.triangles_of[corner as usize].retain(|&other| other != triangle);
+        self.outline_strayed = self.outline_strayed.max(strays);
+        if strays > 0.0 {
+            scratch.samples.clear();
+            self.gather_under(place.point.grid, scratch);
+        }
+        self.lay_samples(red, scratch);
+    }
+
+    /// Takes the samples around a vertex out of their lists.
+    pub(crate) fn lift_samples(&mut self, vertex: u32, scratch: &mut Scratch, is_first: bool) {
+        if is_first {
+            scratch.samples.clear();
+        }
+        for edge in self.surface.connectivity.leaving(vertex) {
+            self.samples.gather(self.surface.reference, edge / 3, &mut scratch.samples);
+            self.samples.clear(edge / 3);
+        }
+    }
+
+    /// Puts the samples lifted into the lists of the triangles around a vertex.
+    pub(crate) fn lay_samples(&mut self, vertex: u32, scratch: &mut Scratch) {
+        self.surround_vertex(vertex, scratch);
+        let Scratch { ring, fan, samples, .. } = scratch;
+        fan.spread(self.surface.reference, self.surface.points[vertex as usize].grid, &ring.points, ring.is_closed);
+        let mut at = 0;
+        for sample in samples.iter() {
+            if let Some(sector) = fan.sector_of(sample, at) {
+                at = sector;
+                if let Some(edge) = self.surface.connectivity.leaving(vertex).nth(sector) {
+                    self.samples.put(edge / 3, sample);
                 }
-            } else {
-                self.triangles[triangle as usize] = corners.map(|corner| if corner == blue { red } else { corner });
-                self.triangles_of[red as usize].push(triangle);
             }
         }
     }
 
-    pub(crate) fn star(&self, vertex: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
-        self.triangles_of[vertex as usize]
-            .iter()
-            .map(|&triangle| self.triangles[triangle as usize])
+    /// Finds what is around a vertex, in `around_red` and in the ring.
+    pub(crate) fn surround_vertex(&self, vertex: u32, scratch: &mut Scratch) {
+        let Scratch { around_red, ring, .. } = scratch;
+        self.surface.connectivity.ring(vertex, around_red);
+        ring.clear(!self.surface.connectivity.is_boundary(vertex));
+        around_red.iter().for_each(|&other| ring.push(&self.surface, other));
     }
+}
 
-    pub(crate) fn neighbours(&self, vertex: u32) -> Vec<u32> {
-        let mut found = Vec::with_capacity(8);
-        for corner in self.star(vertex).flatten() {
-            if corner != vertex && !found.contains(&corner) {
-                found.push(corner);
-            }
-        }
-        found
-    }
-
-    pub(crate) fn grid_point(&self, vertex: u32) -> GridPoint {
-        GridPoint {
-            grid: self.grid[vertex as usize],
-            height: self.positions[vertex as usize].z,
-        }
-    }
-
-    pub(crate) fn stepped(&self, height: f64) -> f64 {
-        stepped(height, self.shape.height_step)
-    }
-
-    pub(crate) fn height_step(&self) -> f64 {
-        self.shape.height_step
-    }
-
-    fn neighbours_nearest_first(&self, vertex: u32) -> Vec<u32> {
-        let at = self.positions[vertex as usize].truncate();
-        let distance = |v: u32| self.positions[v as usize].truncate().distance_squared(at);
-        let mut neighbours = self.neighbours(vertex);
-        neighbours.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
-        neighbours
-    }
-
-    fn star_is_touched(&self, vertex: u32) -> bool {
-        self.star(vertex)
-            .flatten()
-            .any(|corner| self.touched[corner as usize] == self.round)
+impl Scratch {
+    /// Sum of the squared differences under the ring, seen from a point; none where one is beyond the tolerance.
+    pub(crate) fn squares(&mut self, reference: &Reference, centre: GridPoint, tolerance: f64) -> Option<f64> {
+        let mut interval = Interval::new(tolerance, Some(centre.height));
+        self.fan.spread(reference, centre.grid, &self.ring.points, self.ring.is_closed);
+        self.fan.constrain(&self.samples, &mut interval);
+        (!interval.is_empty()).then(|| interval.squares_at(centre.height))
     }
 }
 

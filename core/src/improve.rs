@@ -1,0 +1,148 @@
+//! Thinning without a log: collapses, and edits that make room for further ones, edge swaps and vertex moves.
+//!
+//! ```text
+//! collapse until nothing can be
+//! as often as the quality asks:
+//!     swap edges and move vertices where that lowers the sum of squared differences
+//!     collapse what can be now
+//! ```
+
+use glam::DVec2;
+
+use crate::connectivity::NONE;
+use crate::filters::is_upright;
+use crate::reference::Bound;
+use crate::simplify::{Allowance, Place, Quality, Scratch, Simplifier, VertexKind};
+
+/// What the sum of squares must fall to for an edit to be worth it, as a share.
+const GAIN: f64 = 0.99;
+/// Steps of vertex moves in each pass, as shares of the distance to the nearest neighbour.
+const STEPS: [f64; 4] = [0.3, 0.3, 0.15, 0.3];
+
+impl Simplifier<'_> {
+    /// Collapses what is allowed without recording it, and what edits make possible.
+    pub fn thin(&mut self, allowance: Allowance) {
+        self.try_all();
+        while self.round(allowance, false) > 0 && self.quality != Quality::Fast {}
+        if self.quality == Quality::Best {
+            for step in STEPS {
+                self.swap_edges(allowance.vertical);
+                self.move_vertices(allowance.vertical, step);
+                while self.round(allowance, false) > 0 {}
+            }
+        }
+    }
+
+    fn swap_edges(&mut self, tolerance: f64) -> usize {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let edges = 0..3 * self.surface.connectivity.triangle_slots();
+        let count = edges.filter(|&edge| self.swap_edge(edge, tolerance, &mut scratch)).count();
+        self.scratch = scratch;
+        count
+    }
+
+    /// Swaps an edge if that is allowed and lowers the sum of squares.
+    ///
+    /// The fan from `c` over `a`, `d`, `b` is the quadrilateral after the swap, the one from `a` over `d`, `b`, `c` before.
+    fn swap_edge(&mut self, edge: u32, tolerance: f64, scratch: &mut Scratch) -> bool {
+        let connectivity = &self.surface.connectivity;
+        let twin = connectivity.twin(edge);
+        if twin == NONE || twin < edge {
+            return false;
+        }
+        let [a, b, c, d] = [connectivity.origin(edge), connectivity.end(edge), connectivity.apex(edge), connectivity.apex(twin)];
+        if !self.may_swap([a, b, c, d]) {
+            return false;
+        }
+        scratch.samples.clear();
+        for triangle in [edge / 3, twin / 3] {
+            self.samples.gather(self.surface.reference, triangle, &mut scratch.samples);
+        }
+        let Some(before) = self.squares_around(a, [d, b, c], f64::INFINITY, scratch) else { return false };
+        let Some(after) = self.squares_around(c, [a, d, b], tolerance, scratch) else { return false };
+        if after >= before * GAIN || !self.edge_holds(c, d, tolerance) {
+            return false;
+        }
+        for triangle in [edge / 3, twin / 3] {
+            self.samples.clear(triangle);
+        }
+        self.surface.connectivity.flip(edge);
+        self.lay_samples(c, scratch);
+        [a, b, c, d].into_iter().for_each(|vertex| self.try_again(vertex));
+        true
+    }
+
+    /// Whether the edge `a → b` can become `c → d`: both triangles upright, no line of the strip or outline broken.
+    fn may_swap(&self, [a, b, c, d]: [u32; 4]) -> bool {
+        let kind = |vertex: u32| self.kinds[vertex as usize];
+        let plan = |vertex: u32| self.surface.plan[vertex as usize];
+        let least = self.shape.least_altitude;
+        (kind(a) == VertexKind::Free || kind(b) == VertexKind::Free)
+            && is_upright(plan(c), plan(a), plan(d), least)
+            && is_upright(plan(c), plan(d), plan(b), least)
+    }
+
+    /// Sum of squares of the fan from a vertex as it is; none where it is beyond the tolerance.
+    fn squares_around(&self, centre: u32, ring: [u32; 3], tolerance: f64, scratch: &mut Scratch) -> Option<f64> {
+        scratch.ring.clear(false);
+        ring.into_iter().for_each(|vertex| scratch.ring.push(&self.surface, vertex));
+        let point = self.surface.point(centre);
+        scratch.squares(self.surface.reference, point, tolerance)
+    }
+
+    fn edge_holds(&self, a: u32, b: u32, tolerance: f64) -> bool {
+        let reference = self.surface.reference;
+        reference.bound == Bound::Samples || reference.edge_deviation(self.surface.point(a), self.surface.point(b)).size <= tolerance
+    }
+
+    fn move_vertices(&mut self, tolerance: f64, step: f64) -> usize {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let vertices = 0..self.kinds.len() as u32;
+        let count = vertices.filter(|&vertex| self.move_vertex(vertex, tolerance, step, &mut scratch)).count();
+        self.scratch = scratch;
+        count
+    }
+
+    /// Moves a vertex in plan where that lowers the sum of squares.
+    fn move_vertex(&mut self, vertex: u32, tolerance: f64, step: f64, scratch: &mut Scratch) -> bool {
+        if self.kinds[vertex as usize] != VertexKind::Free || !self.surface.connectivity.is_live(vertex) {
+            return false;
+        }
+        scratch.samples.clear();
+        self.gather_around(vertex, &mut scratch.samples);
+        self.surround_vertex(vertex, scratch);
+        let start = self.surface.plan[vertex as usize];
+        let Some(present) = self.fit(start, self.surface.points[vertex as usize].grid, None, tolerance, scratch) else {
+            return false;
+        };
+        let best = self.better_place(present, tolerance, step, scratch);
+        if best.squares >= present.squares * GAIN {
+            return false;
+        }
+        self.lift_samples(vertex, scratch, true);
+        self.surface.plan[vertex as usize] = best.plan;
+        self.surface.points[vertex as usize] = best.point;
+        self.lay_samples(vertex, scratch);
+        for index in 0..scratch.around_red.len() {
+            self.try_again(scratch.around_red[index]);
+        }
+        self.try_again(vertex);
+        true
+    }
+
+    fn better_place(&self, present: Place, tolerance: f64, step: f64, scratch: &mut Scratch) -> Place {
+        let nearest = scratch.ring.plan.iter().map(|plan| plan.distance(present.plan)).fold(f64::INFINITY, f64::min);
+        let step = (nearest * step).round().max(1.0);
+        let mut best = present;
+        for direction in [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y] {
+            let plan = (best.plan + direction * step).round();
+            if scratch.ring.is_seen_from(plan, self.shape.least_altitude)
+                && let Some(place) = self.fit(plan, self.surface.reference.plan.grid(plan), None, tolerance, scratch)
+                && place.squares < best.squares
+            {
+                best = place;
+            }
+        }
+        best
+    }
+}

@@ -1,0 +1,104 @@
+//! The heights that one free vertex may take: a linear programme in one unknown, and the best of its answers.
+
+use glam::DVec2;
+
+use crate::reference::{GridPoint, Piece, Reference};
+use crate::triangulate::stepped;
+
+/// Weights below this count as none: the free vertex does not move such a point.
+const LEAST_WEIGHT: f64 = 1e-9;
+
+/// Heights that keep every constrained point within the tolerance, and the sums for the one of least squares.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interval {
+    tolerance: f64,
+    low: f64,
+    high: f64,
+    weights: f64,
+    weighted: f64,
+    squares: f64,
+}
+
+impl Interval {
+    /// All heights, or `only` one.
+    pub(crate) fn new(tolerance: f64, only: Option<f64>) -> Self {
+        Self {
+            tolerance,
+            low: only.unwrap_or(f64::NEG_INFINITY),
+            high: only.unwrap_or(f64::INFINITY),
+            weights: 0.0,
+            weighted: 0.0,
+            squares: 0.0,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.low > self.high
+    }
+
+    /// `weight · height` must come within the tolerance of `target`.
+    #[inline(always)]
+    pub(crate) fn constrain(&mut self, weight: f64, target: f64) {
+        // A weight of nearly nothing leaves nothing or everything allowed, by the sign of what is left of the tolerance.
+        let height_per_unit = 1.0 / if weight > LEAST_WEIGHT { weight } else { LEAST_WEIGHT };
+        let (low, high) = ((target - self.tolerance) * height_per_unit, (target + self.tolerance) * height_per_unit);
+        self.low = if low > self.low { low } else { self.low };
+        self.high = if high < self.high { high } else { self.high };
+    }
+
+    /// Lets a point count in the least squares.
+    #[inline(always)]
+    pub(crate) fn add_square(&mut self, weight: f64, target: f64) {
+        self.weights += weight * weight;
+        self.weighted += weight * target;
+        self.squares += target * target;
+    }
+
+    /// The allowed height, a multiple of `step`, of least squares; `present` where nothing tells.
+    pub(crate) fn best(&self, present: f64, step: f64) -> Option<f64> {
+        if self.is_empty() {
+            return None;
+        }
+        if self.low == self.high {
+            return Some(self.low);
+        }
+        let wanted = if self.weights > 0.0 {
+            self.weighted / self.weights
+        } else {
+            present
+        };
+        let nearest = stepped(wanted.clamp(self.low, self.high), step);
+        let candidates = [nearest, nearest + step, nearest - step];
+        candidates
+            .into_iter()
+            .find(|height| (self.low..=self.high).contains(height))
+    }
+
+    /// Sum of the squares of the differences that a height leaves.
+    pub(crate) fn squares_at(&self, height: f64) -> f64 {
+        self.squares - 2.0 * height * self.weighted + height * height * self.weights
+    }
+
+    /// Constrains the vertex at `centre` by the surface along its edge to `end`, at the ends and the middle of each piece;
+    /// notes the pieces, with the height at the end, for an exact check of the height found.
+    pub(crate) fn constrain_by_edge(
+        &mut self,
+        reference: &Reference,
+        centre: DVec2,
+        end: GridPoint,
+        pieces: &mut Vec<(Piece, f64)>,
+    ) {
+        let mut passed = f64::NAN;
+        reference.visit_pieces(centre, end.grid, |piece| {
+            let middle = (piece.start + piece.end) / 2.0;
+            if piece.start != passed {
+                self.constrain(1.0 - piece.start, piece.first - piece.start * end.height);
+            }
+            self.constrain(1.0 - middle, piece.middle() - middle * end.height);
+            self.constrain(1.0 - piece.end, piece.last - piece.end * end.height);
+            passed = piece.end;
+            pieces.push((piece, end.height));
+        });
+    }
+}

@@ -1,0 +1,238 @@
+//! Greedy insertion: vertices are added to a surface where it strays furthest from its reference, until it does so
+//! nowhere by more than the tolerance.
+//!
+//! After M. Garland, P. Heckbert, *Fast polygonal approximation of terrains and height fields*, 1995, with two
+//! differences: a round inserts into all triangles that stray too far, but for those that another insertion of the
+//! round has changed, so that no triangle is measured only to be replaced; and points between the samples count, too.
+//!
+//! ```text
+//! all triangles are suspects
+//! repeat until there are no suspects:
+//!     for each suspect: find its worst point, at samples and (bound = surface) along its edges
+//!     for each one that strays further than the tolerance, if it has not changed since:
+//!         insert the sample nearest to the worst point, or the point itself; flip edges until all are Delaunay
+//!     suspects ← triangles that changed
+//! ```
+
+use glam::DVec2;
+
+use crate::connectivity::{NONE, next, previous};
+use crate::reference::{Bound, Deviation, GridPoint};
+use crate::surface::Surface;
+use crate::triangulate::stepped;
+
+/// Triangles that a walk to a point may cross.
+const LONGEST_WALK: usize = 1000;
+
+/// How a surface is refined.
+#[derive(Clone, Copy, Debug)]
+pub struct Refinement {
+    /// Metres that no point may stray.
+    pub tolerance: f64,
+    /// Heights are multiples of this, metres; 0 leaves them as they are.
+    pub height_step: f64,
+    /// A frame whose inside is kept free of new points but for its inner line.
+    pub frame: Option<Frame>,
+}
+
+/// The square `0 … extent` in plan, and the width of the strip along its sides that holds no vertices inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Length of the sides.
+    pub extent: f64,
+    /// Width of the strip.
+    pub width: f64,
+}
+
+impl Frame {
+    /// Moves a point in the strip onto its inner line.
+    #[must_use]
+    pub fn push_in(&self, plan: DVec2) -> DVec2 {
+        plan.clamp(DVec2::splat(self.width), DVec2::splat(self.extent - self.width))
+    }
+
+    /// Whether both points lie on one and the same side of the square.
+    #[must_use]
+    pub fn along_side(&self, a: DVec2, b: DVec2) -> bool {
+        both_on(a, b, [0.0, self.extent])
+    }
+
+    /// Whether both points lie on one and the same inner line of the strip.
+    fn along_inner_line(&self, a: DVec2, b: DVec2) -> bool {
+        both_on(a, b, [self.width, self.extent - self.width])
+    }
+}
+
+fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
+    let on = |p: f64, q: f64| p == q && lines.contains(&p);
+    on(a.x, b.x) || on(a.y, b.y)
+}
+
+/// Inserts vertices until no point of the reference is further than the tolerance away, or no insertion helps.
+pub fn refine(surface: &mut Surface, refinement: Refinement) {
+    let suspects = surface.triangles().map(|(triangle, _)| triangle).collect();
+    let mut refiner = Refiner {
+        surface,
+        refinement,
+        suspects,
+        is_suspect: Vec::new(),
+        unsettled: Vec::new(),
+    };
+    while refiner.round() {}
+}
+
+struct Refiner<'a, 'b> {
+    surface: &'a mut Surface<'b>,
+    refinement: Refinement,
+    suspects: Vec<u32>,
+    /// For each triangle whether it is among the suspects of the next round.
+    is_suspect: Vec<bool>,
+    /// Edges that may have to be flipped.
+    unsettled: Vec<u32>,
+}
+
+impl Refiner<'_, '_> {
+    /// Tells whether anything was inserted.
+    fn round(&mut self) -> bool {
+        let suspects = std::mem::take(&mut self.suspects);
+        self.is_suspect.clear();
+        self.is_suspect.resize(self.surface.connectivity.triangle_slots() as usize, false);
+        let mut strayed = Vec::new();
+        for triangle in suspects {
+            let worst = self.worst(triangle);
+            if worst.size > self.refinement.tolerance {
+                strayed.push((triangle, worst.at));
+            }
+        }
+        let mut has_new_vertex = false;
+        for &(triangle, at) in &strayed {
+            if !self.is_suspect[triangle as usize] {
+                has_new_vertex |= self.mend(triangle, at);
+                self.suspect(triangle);
+            }
+        }
+        has_new_vertex
+    }
+
+    fn suspect(&mut self, triangle: u32) {
+        self.is_suspect.resize(self.surface.connectivity.triangle_slots() as usize, false);
+        if !std::mem::replace(&mut self.is_suspect[triangle as usize], true) {
+            self.suspects.push(triangle);
+        }
+    }
+
+    /// Inserts the sample next to a place before the place itself, since that is where the surface bends.
+    fn mend(&mut self, triangle: u32, worst: DVec2) -> bool {
+        let is_new = self.insert_at(triangle, worst.round()) || self.insert_at(triangle, worst);
+        is_new || {
+            let (others, tolerance) = (self.deviations(triangle), self.refinement.tolerance);
+            let mut strayed = others.into_iter().flatten().filter(|found| found.size > tolerance);
+            strayed.any(|found| self.insert_at(triangle, found.at.round()) || self.insert_at(triangle, found.at))
+        }
+    }
+
+    fn worst(&self, triangle: u32) -> Deviation {
+        self.deviations(triangle).into_iter().flatten().fold(Deviation::NONE, Deviation::or)
+    }
+
+    /// The worst of a triangle at samples, and along each of its edges that count.
+    fn deviations(&self, triangle: u32) -> [Option<Deviation>; 4] {
+        let Some(corners) = self.surface.connectivity.corners(triangle) else {
+            return [None; 4];
+        };
+        let [a, b, c] = corners.map(|corner| self.surface.point(corner));
+        let reference = self.surface.reference;
+        let along = |edge: usize, from: GridPoint, to: GridPoint| {
+            let [start, end] = [corners[edge], corners[(edge + 1) % 3]].map(|vertex| self.surface.plan[vertex as usize]);
+            let is_given = self.refinement.frame.is_some_and(|frame| frame.along_side(start, end));
+            (reference.bound == Bound::Surface && !is_given).then(|| reference.edge_deviation(from, to))
+        };
+        [Some(reference.triangle_deviation([a, b, c])), along(0, a, b), along(1, b, c), along(2, c, a)]
+    }
+
+    /// Inserts a vertex at a place of the grid, if none is there and it belongs to the surface.
+    fn insert_at(&mut self, triangle: u32, grid: DVec2) -> bool {
+        let reference = self.surface.reference;
+        let rounded = reference.plan.plan(grid).round();
+        let plan = self.refinement.frame.map_or(rounded, |frame| frame.push_in(rounded));
+        let grid = reference.plan.grid(plan);
+        let Some((edge, is_on_edge)) = self.locate(triangle, plan) else {
+            return false;
+        };
+        let Some(height) = reference.height_near(grid) else {
+            return false;
+        };
+        let vertex = if is_on_edge {
+            self.surface.connectivity.split_edge(edge)
+        } else {
+            self.surface.connectivity.split_triangle(edge / 3)
+        };
+        self.surface.plan.push(plan);
+        self.surface.points.push(GridPoint {
+            grid,
+            height: stepped(height, self.refinement.height_step),
+        });
+        self.settle(vertex);
+        true
+    }
+
+    /// Walks from a triangle to the one with a point; gives a half-edge of that, and whether the point is on it. None if
+    /// the point is a vertex or outside.
+    fn locate(&self, triangle: u32, plan: DVec2) -> Option<(u32, bool)> {
+        let connectivity = &self.surface.connectivity;
+        let mut first = 3 * triangle;
+        for _ in 0..LONGEST_WALK {
+            let edges = [first, next(first), previous(first)];
+            let turns = edges.map(|edge| self.surface.orientation(connectivity.origin(edge), connectivity.end(edge), plan));
+            match (0..3).find(|&side| turns[side] < 0.0) {
+                Some(side) => {
+                    let across = connectivity.twin(edges[side]);
+                    if across == NONE {
+                        return None;
+                    }
+                    first = across;
+                }
+                None => {
+                    let on = turns.iter().filter(|&&turn| turn == 0.0).count();
+                    let side = turns.iter().position(|&turn| turn == 0.0).unwrap_or(0);
+                    return (on < 2).then_some((edges[side], on == 1));
+                }
+            }
+        }
+        None
+    }
+
+    /// Flips edges around a new vertex until all are Delaunay or given; the triangles around it become suspects.
+    fn settle(&mut self, vertex: u32) {
+        let mut unsettled = std::mem::take(&mut self.unsettled);
+        unsettled.extend(self.surface.connectivity.leaving(vertex).map(next));
+        while let Some(edge) = unsettled.pop() {
+            if self.is_to_flip(edge) {
+                let twin = self.surface.connectivity.twin(edge);
+                self.surface.connectivity.flip(edge);
+                unsettled.extend([edge, next(twin)]);
+            }
+        }
+        unsettled.extend(self.surface.connectivity.leaving(vertex));
+        unsettled.drain(..).for_each(|edge| self.suspect(edge / 3));
+        self.unsettled = unsettled;
+    }
+
+    fn is_to_flip(&self, edge: u32) -> bool {
+        let connectivity = &self.surface.connectivity;
+        let twin = connectivity.twin(edge);
+        if twin == NONE {
+            return false;
+        }
+        let vertices = [connectivity.origin(edge), connectivity.end(edge), connectivity.apex(edge), connectivity.apex(twin)];
+        let [a, b, c, d] = vertices.map(|vertex| self.surface.plan[vertex as usize]);
+        let is_given = self.refinement.frame.is_some_and(|frame| frame.along_inner_line(a, b));
+        !is_given && in_circle(a, b, c, d) > 0.0
+    }
+}
+
+/// Positive where `d` is inside the circle through the counter-clockwise `a`, `b` and `c`, exactly.
+fn in_circle(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> f64 {
+    let coordinate = |p: DVec2| robust::Coord { x: p.x, y: p.y };
+    robust::incircle(coordinate(a), coordinate(b), coordinate(c), coordinate(d))
+}

@@ -1,0 +1,119 @@
+//! A mesh while it is edited over its reference surface: vertices in flat arrays beside their connectivity.
+
+use glam::{DVec2, DVec3};
+
+use crate::connectivity::{Connectivity, NONE};
+use crate::mesh::{Mesh, plan_orientation};
+use crate::reference::{Bound, Deviation, GridPoint, Reference};
+
+/// A mesh over a reference surface.
+#[derive(Clone, Debug)]
+pub struct Surface<'a> {
+    pub(crate) reference: &'a Reference<'a>,
+    pub(crate) connectivity: Connectivity,
+    /// Plan coordinates.
+    pub(crate) plan: Vec<DVec2>,
+    /// Where they are on the grid, and metres.
+    pub(crate) points: Vec<GridPoint>,
+}
+
+impl<'a> Surface<'a> {
+    /// Takes over a mesh whose positions are plan coordinates of `reference` and heights in metres.
+    #[must_use]
+    pub fn new(mesh: &Mesh, reference: &'a Reference<'a>) -> Self {
+        let plan: Vec<DVec2> = mesh.positions.iter().map(|position| position.truncate()).collect();
+        let point = |(&plan, height): (&DVec2, f64)| GridPoint {
+            grid: reference.plan.grid(plan),
+            height,
+        };
+        Self {
+            reference,
+            connectivity: Connectivity::new(plan.len(), &mesh.triangles),
+            points: plan.iter().zip(mesh.positions.iter().map(|p| p.z)).map(point).collect(),
+            plan,
+        }
+    }
+
+    /// The mesh as it is now, its vertices renumbered in order, and the number that each had here.
+    #[must_use]
+    pub fn mesh(&self) -> (Mesh, Vec<u32>) {
+        let live: Vec<u32> = (0..self.plan.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex)).collect();
+        let mut numbers = vec![u32::MAX; self.plan.len()];
+        (0..).zip(&live).for_each(|(number, &vertex)| numbers[vertex as usize] = number);
+        let mesh = Mesh {
+            positions: live.iter().map(|&vertex| self.position(vertex)).collect(),
+            triangles: self.triangles().map(|(_, corners)| corners.map(|corner| numbers[corner as usize])).collect(),
+        };
+        (mesh, live)
+    }
+
+    /// Renumbers vertices and triangles so that neighbours in plan are neighbours in memory, along a Morton curve.
+    #[must_use]
+    pub fn in_memory_order(self) -> Self {
+        let bits = |x: f64| {
+            let mut x = (x as u64) & 0xffff_ffff;
+            x = (x | (x << 16)) & 0x0000_ffff_0000_ffff;
+            x = (x | (x << 8)) & 0x00ff_00ff_00ff_00ff;
+            x = (x | (x << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
+            x = (x | (x << 2)) & 0x3333_3333_3333_3333;
+            (x | (x << 1)) & 0x5555_5555_5555_5555
+        };
+        let mut order: Vec<(u64, u32)> = (0..self.plan.len() as u32).filter(|&v| self.connectivity.is_live(v)).map(|v| {
+            let g = self.points[v as usize].grid * 16.0;
+            (bits(g.x) | (bits(g.y) << 1), v)
+        }).collect();
+        order.sort_unstable();
+        let mut numbers = vec![0_u32; self.plan.len()];
+        for (n, &(_, v)) in (0_u32..).zip(&order) { numbers[v as usize] = n; }
+        let mut triangles: Vec<[u32;3]> = self.triangles().map(|(_, c)| c.map(|c| numbers[c as usize])).collect();
+        triangles.sort_unstable_by_key(|t| t[0].min(t[1]).min(t[2]));
+        Self {
+            reference: self.reference,
+            plan: order.iter().map(|&(_, v)| self.plan[v as usize]).collect(),
+            points: order.iter().map(|&(_, v)| self.points[v as usize]).collect(),
+            connectivity: Connectivity::new(order.len(), &triangles),
+        }
+    }
+
+    /// Triangles with their numbers.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = (u32, [u32; 3])> + '_ {
+        (0..self.connectivity.triangle_slots()).filter_map(|number| Some((number, self.connectivity.corners(number)?)))
+    }
+
+    /// count
+    pub fn vertex_count(&self) -> usize { self.plan.len() }
+    pub(crate) fn position(&self, vertex: u32) -> DVec3 {
+        self.plan[vertex as usize].extend(self.points[vertex as usize].height)
+    }
+
+    pub(crate) fn point(&self, vertex: u32) -> GridPoint {
+        self.points[vertex as usize]
+    }
+
+    /// Positive where the three plan positions turn left, exactly.
+    pub(crate) fn orientation(&self, a: u32, b: u32, at: DVec2) -> f64 {
+        orientation(self.plan[a as usize], self.plan[b as usize], at)
+    }
+
+    /// Largest deviation of the whole surface from the reference, where its bound holds.
+    #[must_use]
+    pub fn deviation(&self) -> Deviation {
+        let of_triangle = |(triangle, corners): (u32, [u32; 3])| {
+            let points = corners.map(|corner| self.point(corner));
+            let edges = [3 * triangle, 3 * triangle + 1, 3 * triangle + 2];
+            let measured = edges.into_iter().filter(|&edge| {
+                let twin = self.connectivity.twin(edge);
+                self.reference.bound == Bound::Surface && (twin == NONE || twin > edge)
+            });
+            measured
+                .map(|edge| self.reference.edge_deviation(self.point(self.connectivity.origin(edge)), self.point(self.connectivity.end(edge))))
+                .fold(self.reference.triangle_deviation(points), Deviation::or)
+        };
+        self.triangles().map(of_triangle).fold(Deviation::NONE, Deviation::or)
+    }
+}
+
+/// Positive where the three plan positions turn left, exactly.
+pub(crate) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    plan_orientation(a.extend(0.0), b.extend(0.0), c.extend(0.0))
+}
