@@ -75,10 +75,6 @@ impl Connectivity {
         (self.origins.len() / 3) as u32
     }
 
-    pub(crate) fn vertex_slots(&self) -> u32 {
-        self.leaving.len() as u32
-    }
-
     pub(crate) fn origin(&self, edge: u32) -> u32 {
         self.origins[edge as usize]
     }
@@ -143,7 +139,9 @@ impl Connectivity {
     /// Half-edges with nothing to their right, as pairs of vertices.
     pub(crate) fn boundary(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
         let is_boundary = |&edge: &u32| self.twin(edge) == NONE && self.origin(edge) != NONE;
-        (0..self.origins.len() as u32).filter(is_boundary).map(|edge| (self.origin(edge), self.end(edge)))
+        (0..self.origins.len() as u32)
+            .filter(is_boundary)
+            .map(|edge| (self.origin(edge), self.end(edge)))
     }
 
     /// Adds a vertex that no triangle uses yet.

@@ -1,4 +1,13 @@
 //! The triangles around one vertex as seen from it: where a sample lies, and what the vertex's height does there.
+//!
+//! ```text
+//!          v                    d = sample − centre;  weights of u, v and the centre over `area`:
+//!         ╱│                    first  = d × v
+//!        ╱ │                    second = u × d
+//!       ╱ ·d                    area − first − second
+//!  centre──u
+//! ```
+//! All is multiplied by the triangle's area, so that only the height itself needs a division.
 
 use glam::DVec2;
 
@@ -6,101 +15,144 @@ use crate::interval::Interval;
 use crate::reference::{GridPoint, ON_A_LINE, Reference};
 use crate::samples::Sample;
 
-/// Triangles around a centre of unknown height, counter-clockwise.
+/// Triangles around a centre of unknown height, counter-clockwise in plan. Positions are offsets from the centre on the
+/// grid, mirrored where the grid is against the plan.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fan {
     centre: DVec2,
     curvature: DVec2,
-    sectors: Vec<Sector>,
+    /// (±1, 1)
+    mirror: DVec2,
+    /// Outer corners; in a closed fan the first is there again at the end.
+    corners: Vec<Corner>,
     is_closed: bool,
 }
 
-/// A triangle of the fan. Positions are offsets from the centre, in grid coordinates.
 #[derive(Clone, Copy, Debug)]
-struct Sector {
-    /// The weights of the first and of the second of its outer corners rise along these.
-    of_first: DVec2,
-    of_second: DVec2,
-    /// The height that both give to a point rises along this.
-    given: DVec2,
-    /// Weights may be this far below 0 by rounding.
-    slack: f64,
+struct Corner {
+    offset: DVec2,
+    /// Metres. A flat triangle hangs below the straight interpolation of its corners; it does not where these are dropped
+    /// by the sagitta.
+    height: f64,
+    /// Of the triangle with the next corner, doubled.
+    area: f64,
 }
 
-impl Sector {
-    #[inline]
-    fn new([first, second]: [DVec2; 2], [height_of_first, height_of_second]: [f64; 2]) -> Self {
-        let per_area = 1.0 / first.perp_dot(second);
-        let of_first = DVec2::new(second.y, -second.x) * per_area;
-        let of_second = DVec2::new(-first.y, first.x) * per_area;
-        let steepness = of_first.abs() + of_second.abs();
-        Self {
-            of_first,
-            of_second,
-            given: of_first * height_of_first + of_second * height_of_second,
-            slack: -ON_A_LINE * (steepness.x + steepness.y),
-        }
-    }
+/// A sample's triangle, and the weights of its outer corners times its area.
+#[derive(Clone, Copy)]
+struct Seat {
+    sector: usize,
+    first: f64,
+    second: f64,
 }
 
 impl Fan {
-    /// Spreads the fan from `centre` over the points of `ring`: a sector from each to the next and, if it `is_closed`,
-    /// from the last to the first.
-    pub(crate) fn spread(&mut self, reference: &Reference, centre: DVec2, ring: &[GridPoint], is_closed: bool) {
+    /// Spreads the fan from `centre` over the points of `ring`: a triangle from each to the next and, if it `is_closed`,
+    /// from the last to the first. Tells whether all are counter-clockwise.
+    pub(crate) fn spread(&mut self, reference: &Reference, centre: DVec2, ring: &[GridPoint], is_closed: bool) -> bool {
         self.centre = centre;
         self.curvature = reference.curvature_at(centre.y);
+        self.mirror = DVec2::new(reference.plan.handedness(), 1.0);
         self.is_closed = is_closed;
-        self.sectors.clear();
-        let curvature = self.curvature;
-        let seen = |point: &GridPoint| {
-            let offset = point.grid - centre;
-            // A flat triangle hangs below the straight interpolation of its corners; it does not where these are dropped.
-            (offset, point.height - curvature.dot(offset * offset))
-        };
-        let mut points = ring.iter().map(seen);
-        let Some(start) = points.next() else { return };
-        let mut before = start;
-        for point in points.chain(is_closed.then_some(start)) {
-            self.sectors.push(Sector::new([before.0, point.0], [before.1, point.1]));
-            before = point;
+        self.corners.clear();
+        for point in ring.iter().chain(ring.first().filter(|_| is_closed)) {
+            let offset = (point.grid - centre) * self.mirror;
+            if let Some(before) = self.corners.last_mut() {
+                before.area = before.offset.perp_dot(offset);
+                if before.area <= 0.0 {
+                    return false;
+                }
+            }
+            let height = point.height - self.curvature.dot(offset * offset);
+            self.corners.push(Corner {
+                offset,
+                height,
+                area: 0.0,
+            });
         }
+        self.corners.len() > 1
     }
 
-    /// Constrains the centre's height by the samples under the fan. Stops as soon as no height is left.
-    pub(crate) fn constrain(&self, samples: &[Sample], interval: &mut Interval) {
-        let mut at = 0;
-        for sample in samples {
-            let Some(sector) = self.sector_of(sample, at) else { continue };
-            at = sector;
-            let (offset, sector) = (sample.at - self.centre, &self.sectors[sector]);
-            let weight = 1.0 - sector.of_first.dot(offset) - sector.of_second.dot(offset);
-            let target = sample.height - self.curvature.dot(offset * offset) - sector.given.dot(offset);
-            interval.constrain(weight, target);
-            interval.add_square(weight, target);
+    /// Constrains the centre's height by samples, those under the fan. Where no height is left the sample at fault comes
+    /// first from then on: it will be at fault again for a centre next to this one.
+    pub(crate) fn constrain(&self, samples: &mut [Sample], interval: &mut Interval) {
+        let mut guess = 0;
+        for index in 0..samples.len() {
+            let offset = (samples[index].at - self.centre) * self.mirror;
+            let Some(seat) = self.seat(offset, guess) else { continue };
+            guess = seat.sector;
+            let (weight, target, area) = self.scaled(&seat, offset, samples[index].height);
+            interval.constrain(weight, target, area);
             if interval.is_empty() {
+                samples.swap(0, index);
                 return;
             }
         }
     }
 
-    /// Number of the triangle that a sample lies in; `guess` is where to look first, since neighbours come together.
-    #[inline]
-    pub(crate) fn sector_of(&self, sample: &Sample, guess: usize) -> Option<usize> {
-        let offset = sample.at - self.centre;
-        let count = self.sectors.len();
-        let mut at = guess;
-        for _ in 0..count {
-            let sector = &self.sectors[at];
-            at = if sector.of_second.dot(offset) < sector.slack {
-                if at > 0 { at - 1 } else if self.is_closed { count - 1 } else { break }
-            } else if sector.of_first.dot(offset) < sector.slack {
-                if at + 1 < count { at + 1 } else if self.is_closed { 0 } else { break }
-            } else {
-                return Some(at);
-            };
+    /// Lets samples count in the least squares.
+    pub(crate) fn add_squares(&self, samples: &[Sample], interval: &mut Interval) {
+        let mut guess = 0;
+        for sample in samples {
+            let offset = (sample.at - self.centre) * self.mirror;
+            if let Some(seat) = self.seat(offset, guess) {
+                guess = seat.sector;
+                let (weight, target, area) = self.scaled(&seat, offset, sample.height);
+                interval.add_square(weight / area, target / area);
+            }
         }
-        self.sectors.iter().position(|sector| {
-            sector.of_second.dot(offset) >= sector.slack && sector.of_first.dot(offset) >= sector.slack
-        })
+    }
+
+    /// Number of the triangle that a sample lies in; `guess` is where to look first, since neighbours come together.
+    pub(crate) fn sector_of(&self, sample: &Sample, guess: usize) -> Option<usize> {
+        self.seat((sample.at - self.centre) * self.mirror, guess)
+            .map(|seat| seat.sector)
+    }
+
+    /// The centre's weight and the height that a centre at 0 leaves to be reached, both times the area, and the area.
+    #[inline(always)]
+    fn scaled(&self, seat: &Seat, offset: DVec2, height: f64) -> (f64, f64, f64) {
+        let &Seat { sector, first, second } = seat;
+        let (u, v) = (&self.corners[sector], &self.corners[sector + 1]);
+        let dropped = height - self.curvature.dot(offset * offset);
+        (
+            u.area - first - second,
+            dropped * u.area - first * u.height - second * v.height,
+            u.area,
+        )
+    }
+
+    #[inline(always)]
+    fn seat(&self, offset: DVec2, guess: usize) -> Option<Seat> {
+        let count = self.corners.len() - 1;
+        let mut sector = guess;
+        for _ in 0..count {
+            let second = self.corners[sector].offset.perp_dot(offset);
+            let first = offset.perp_dot(self.corners[sector + 1].offset);
+            if second < 0.0 {
+                sector = if sector > 0 { sector } else { count } - 1;
+            } else if first < 0.0 {
+                sector = if sector + 1 < count { sector + 1 } else { 0 };
+            } else {
+                return Some(Seat { sector, first, second });
+            }
+        }
+        self.nearest_seat(offset)
+    }
+
+    /// The triangle that a point is least outside of, where rounding puts it beside its own; none if it is further off.
+    #[cold]
+    fn nearest_seat(&self, offset: DVec2) -> Option<Seat> {
+        let outside = |seat: &Seat| {
+            let reach = |corner: usize| ON_A_LINE * self.corners[corner].offset.abs().element_sum();
+            (-seat.second - reach(seat.sector)).max(-seat.first - reach(seat.sector + 1))
+        };
+        let seats = (0..self.corners.len() - 1).map(|sector| Seat {
+            sector,
+            first: offset.perp_dot(self.corners[sector + 1].offset),
+            second: self.corners[sector].offset.perp_dot(offset),
+        });
+        let nearest = seats.min_by(|a, b| outside(a).total_cmp(&outside(b)))?;
+        (outside(&nearest) <= 0.0).then_some(nearest)
     }
 }

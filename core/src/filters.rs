@@ -36,7 +36,10 @@ pub(crate) fn link_allows(connectivity: &Connectivity, edge: Edge, around_blue: 
 /// Plan coordinates are whole numbers, so the area is exact up to 2^26 units; beyond, an altitude of a unit is far more
 /// than rounding can hide.
 pub(crate) fn is_upright(a: DVec2, b: DVec2, c: DVec2, least_altitude: f64) -> bool {
-    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    let longest = a
+        .distance_squared(b)
+        .max(b.distance_squared(c))
+        .max(c.distance_squared(a));
     let area = (b - a).perp_dot(c - a);
     area > 0.0 && area * area >= least_altitude * least_altitude * longest
 }

@@ -36,7 +36,9 @@ impl Simplifier<'_> {
     fn swap_edges(&mut self, tolerance: f64) -> usize {
         let mut scratch = std::mem::take(&mut self.scratch);
         let edges = 0..3 * self.surface.connectivity.triangle_slots();
-        let count = edges.filter(|&edge| self.swap_edge(edge, tolerance, &mut scratch)).count();
+        let count = edges
+            .filter(|&edge| self.swap_edge(edge, tolerance, &mut scratch))
+            .count();
         self.scratch = scratch;
         count
     }
@@ -50,16 +52,26 @@ impl Simplifier<'_> {
         if twin == NONE || twin < edge {
             return false;
         }
-        let [a, b, c, d] = [connectivity.origin(edge), connectivity.end(edge), connectivity.apex(edge), connectivity.apex(twin)];
+        let [a, b, c, d] = [
+            connectivity.origin(edge),
+            connectivity.end(edge),
+            connectivity.apex(edge),
+            connectivity.apex(twin),
+        ];
         if !self.may_swap([a, b, c, d]) {
             return false;
         }
         scratch.samples.clear();
         for triangle in [edge / 3, twin / 3] {
-            self.samples.gather(self.surface.reference, triangle, &mut scratch.samples);
+            self.samples
+                .gather(self.surface.reference, triangle, &mut scratch.samples);
         }
-        let Some(before) = self.squares_around(a, [d, b, c], f64::INFINITY, scratch) else { return false };
-        let Some(after) = self.squares_around(c, [a, d, b], tolerance, scratch) else { return false };
+        let Some(before) = self.squares_around(a, [d, b, c], f64::INFINITY, scratch) else {
+            return false;
+        };
+        let Some(after) = self.squares_around(c, [a, d, b], tolerance, scratch) else {
+            return false;
+        };
         if after >= before * GAIN || !self.edge_holds(c, d, tolerance) {
             return false;
         }
@@ -85,20 +97,27 @@ impl Simplifier<'_> {
     /// Sum of squares of the fan from a vertex as it is; none where it is beyond the tolerance.
     fn squares_around(&self, centre: u32, ring: [u32; 3], tolerance: f64, scratch: &mut Scratch) -> Option<f64> {
         scratch.ring.clear(false);
-        ring.into_iter().for_each(|vertex| scratch.ring.push(&self.surface, vertex));
+        ring.into_iter()
+            .for_each(|vertex| scratch.ring.push(&self.surface, vertex));
         let point = self.surface.point(centre);
         scratch.squares(self.surface.reference, point, tolerance)
     }
 
     fn edge_holds(&self, a: u32, b: u32, tolerance: f64) -> bool {
         let reference = self.surface.reference;
-        reference.bound == Bound::Samples || reference.edge_deviation(self.surface.point(a), self.surface.point(b)).size <= tolerance
+        reference.bound == Bound::Samples
+            || reference
+                .edge_deviation(self.surface.point(a), self.surface.point(b))
+                .size
+                <= tolerance
     }
 
     fn move_vertices(&mut self, tolerance: f64, step: f64) -> usize {
         let mut scratch = std::mem::take(&mut self.scratch);
         let vertices = 0..self.kinds.len() as u32;
-        let count = vertices.filter(|&vertex| self.move_vertex(vertex, tolerance, step, &mut scratch)).count();
+        let count = vertices
+            .filter(|&vertex| self.move_vertex(vertex, tolerance, step, &mut scratch))
+            .count();
         self.scratch = scratch;
         count
     }
@@ -112,7 +131,7 @@ impl Simplifier<'_> {
         self.gather_around(vertex, &mut scratch.samples);
         self.surround_vertex(vertex, scratch);
         let start = self.surface.plan[vertex as usize];
-        let Some(present) = self.fit(start, self.surface.points[vertex as usize].grid, None, tolerance, scratch) else {
+        let Some(present) = self.fit(start, self.surface.points[vertex as usize].grid, tolerance, scratch) else {
             return false;
         };
         let best = self.better_place(present, tolerance, step, scratch);
@@ -131,13 +150,17 @@ impl Simplifier<'_> {
     }
 
     fn better_place(&self, present: Place, tolerance: f64, step: f64, scratch: &mut Scratch) -> Place {
-        let nearest = scratch.ring.plan.iter().map(|plan| plan.distance(present.plan)).fold(f64::INFINITY, f64::min);
+        let nearest = scratch
+            .ring
+            .plan
+            .iter()
+            .map(|plan| plan.distance(present.plan))
+            .fold(f64::INFINITY, f64::min);
         let step = (nearest * step).round().max(1.0);
         let mut best = present;
         for direction in [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y] {
             let plan = (best.plan + direction * step).round();
-            if scratch.ring.is_seen_from(plan, self.shape.least_altitude)
-                && let Some(place) = self.fit(plan, self.surface.reference.plan.grid(plan), None, tolerance, scratch)
+            if let Some(place) = self.fit(plan, self.surface.reference.plan.grid(plan), tolerance, scratch)
                 && place.squares < best.squares
             {
                 best = place;

@@ -11,7 +11,7 @@ const LEAST_WEIGHT: f64 = 1e-9;
 /// Heights that keep every constrained point within the tolerance, and the sums for the one of least squares.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interval {
-    tolerance: f64,
+    pub(crate) tolerance: f64,
     low: f64,
     high: f64,
     weights: f64,
@@ -37,12 +37,14 @@ impl Interval {
         self.low > self.high
     }
 
-    /// `weight · height` must come within the tolerance of `target`.
+    /// `weight · height` must come within `scale` tolerances of `target`.
     #[inline(always)]
-    pub(crate) fn constrain(&mut self, weight: f64, target: f64) {
+    pub(crate) fn constrain(&mut self, weight: f64, target: f64, scale: f64) {
         // A weight of nearly nothing leaves nothing or everything allowed, by the sign of what is left of the tolerance.
-        let height_per_unit = 1.0 / if weight > LEAST_WEIGHT { weight } else { LEAST_WEIGHT };
-        let (low, high) = ((target - self.tolerance) * height_per_unit, (target + self.tolerance) * height_per_unit);
+        let least = LEAST_WEIGHT * scale;
+        let height_per_unit = 1.0 / if weight > least { weight } else { least };
+        let reach = self.tolerance * scale;
+        let (low, high) = ((target - reach) * height_per_unit, (target + reach) * height_per_unit);
         self.low = if low > self.low { low } else { self.low };
         self.high = if high < self.high { high } else { self.high };
     }
@@ -93,10 +95,10 @@ impl Interval {
         reference.visit_pieces(centre, end.grid, |piece| {
             let middle = (piece.start + piece.end) / 2.0;
             if piece.start != passed {
-                self.constrain(1.0 - piece.start, piece.first - piece.start * end.height);
+                self.constrain(1.0 - piece.start, piece.first - piece.start * end.height, 1.0);
             }
-            self.constrain(1.0 - middle, piece.middle() - middle * end.height);
-            self.constrain(1.0 - piece.end, piece.last - piece.end * end.height);
+            self.constrain(1.0 - middle, piece.middle() - middle * end.height, 1.0);
+            self.constrain(1.0 - piece.end, piece.last - piece.end * end.height, 1.0);
             passed = piece.end;
             pieces.push((piece, end.height));
         });

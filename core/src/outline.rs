@@ -45,7 +45,13 @@ impl OutlineChains {
         chains
     }
 
-    fn walk(&mut self, surface: &Surface, origin: u32, following: &BTreeMap<u32, Vec<u32>>, walked: &mut BTreeMap<u32, usize>) {
+    fn walk(
+        &mut self,
+        surface: &Surface,
+        origin: u32,
+        following: &BTreeMap<u32, Vec<u32>>,
+        walked: &mut BTreeMap<u32, usize>,
+    ) {
         let mut at = origin;
         loop {
             let used = walked.entry(at).or_insert(0);
@@ -56,7 +62,11 @@ impl OutlineChains {
             let visit = self.visits.entry(at).or_default();
             *visit = (visit.0.saturating_add(1), self.passed.len());
             let metres = surface.point(at).grid * surface.reference.ground;
-            self.passed.push(Passed { vertex: at, metres, is_left: true });
+            self.passed.push(Passed {
+                vertex: at,
+                metres,
+                is_left: true,
+            });
             at = next;
         }
         self.starts.push(self.passed.len());

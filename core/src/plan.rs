@@ -5,12 +5,15 @@ use glam::DVec2;
 
 /// Nodes along each axis of the rectangle.
 const NODES: usize = 4;
+/// Cells or plan units by which a map may differ from an affine one and still be taken for it.
+const AFFINE: f64 = 1e-8;
 
 /// Both directions of the map.
 #[derive(Clone, Debug)]
 pub struct PlanMap {
     to_grid: Bicubic,
     to_plan: Bicubic,
+    handedness: f64,
 }
 
 impl PlanMap {
@@ -21,10 +24,18 @@ impl PlanMap {
         let (grid_low, grid_high) = corners
             .iter()
             .fold((corners[0], corners[0]), |(low, high), &p| (low.min(p), high.max(p)));
+        let (across, down) = (corners[1] - corners[0], corners[2] - corners[0]);
         Self {
+            handedness: across.perp_dot(down).signum(),
             to_grid,
             to_plan: Bicubic::fit(grid_low, grid_high, plan),
         }
+    }
+
+    /// 1 where the grid turns the same way as the plan, −1 where it is its mirror image.
+    #[must_use]
+    pub fn handedness(&self) -> f64 {
+        self.handedness
     }
 
     /// Column and row under a plan position.
@@ -46,20 +57,41 @@ struct Bicubic {
     low: DVec2,
     step: DVec2,
     nodes: [[DVec2; NODES]; NODES],
+    /// The same map as an origin and the images of both unit steps, where that is all there is to it.
+    affine: Option<[DVec2; 3]>,
 }
 
 impl Bicubic {
     fn fit(low: DVec2, high: DVec2, map: impl Fn(DVec2) -> DVec2) -> Self {
         let step = (high - low).max(DVec2::splat(f64::MIN_POSITIVE)) / (NODES - 1) as f64;
-        let node = |i: usize, j: usize| map(low + step * DVec2::new(i as f64, j as f64));
-        Self {
+        let place = |i: usize, j: usize| low + step * DVec2::new(i as f64, j as f64);
+        let nodes = std::array::from_fn(|j| std::array::from_fn(|i| map(place(i, j))));
+        let mut fitted = Self {
             low,
             step,
-            nodes: std::array::from_fn(|j| std::array::from_fn(|i| node(i, j))),
+            nodes,
+            affine: None,
+        };
+        let affine = fitted.through_corners();
+        let at = |p: DVec2| affine[0] + affine[1] * p.x + affine[2] * p.y;
+        let strays = |i: usize, j: usize| (nodes[j][i] - at(place(i, j))).abs().max_element();
+        if (0..NODES * NODES).all(|node| strays(node % NODES, node / NODES) <= AFFINE) {
+            fitted.affine = Some(affine);
         }
+        fitted
+    }
+
+    fn through_corners(&self) -> [DVec2; 3] {
+        let last = NODES - 1;
+        let across = (self.nodes[0][last] - self.nodes[0][0]) / (self.step.x * last as f64);
+        let down = (self.nodes[last][0] - self.nodes[0][0]) / (self.step.y * last as f64);
+        [self.nodes[0][0] - across * self.low.x - down * self.low.y, across, down]
     }
 
     fn at(&self, point: DVec2) -> DVec2 {
+        if let Some([origin, across, down]) = self.affine {
+            return origin + across * point.x + down * point.y;
+        }
         let place = (point - self.low) / self.step;
         let (across, down) = (lagrange(place.x), lagrange(place.y));
         let mut sum = DVec2::ZERO;

@@ -141,7 +141,11 @@ impl Reference<'_> {
     #[must_use]
     pub fn cell_is_valid(&self, column: i64, row: i64) -> bool {
         let inside = column >= 0 && row >= 0 && column + 1 < self.columns as i64 && row + 1 < self.rows as i64;
-        inside && !self.corners(column as usize, row as usize).iter().any(|height| height.is_nan())
+        inside
+            && !self
+                .corners(column as usize, row as usize)
+                .iter()
+                .any(|height| height.is_nan())
     }
 
     /// Height of the surface at a point; where some corners of its cell are void, of what samples there are.
@@ -172,20 +176,12 @@ impl Reference<'_> {
     /// Largest difference between the triangle and the samples that it covers.
     #[must_use]
     pub fn triangle_deviation(&self, corners: [GridPoint; 3]) -> Deviation {
-        let mut worst = Deviation::NONE;
-        self.visit_differences(corners, |difference, column, row| {
-            worst.include(difference, || DVec2::new(column as f64, row as f64));
-        });
-        worst
-    }
-
-    #[inline(always)]
-    fn visit_differences(&self, corners: [GridPoint; 3], mut visit: impl FnMut(f64, usize, usize)) {
         let [a, b, c] = corners;
         let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
         let area = to_b.perp_dot(to_c);
+        let mut worst = Deviation::NONE;
         if area == 0.0 {
-            return;
+            return worst;
         }
         let curvature = self.curvature_at((a.grid.y + b.grid.y + c.grid.y) / 3.0);
         let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
@@ -193,14 +189,28 @@ impl Reference<'_> {
         let slope = (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area;
         scan::visit_rows([a.grid, b.grid, c.grid], [self.columns, self.rows], |row, columns| {
             let down = row as f64 - a.grid.y;
-            let at_row = a.height + slope.y * down + curvature.y * down * down;
+            let at_row = a.height + (slope.y + curvature.y * down) * down;
             let samples = &self.heights[row * self.columns..][columns.clone()];
-            for (column, &sample) in columns.zip(samples) {
-                let across = column as f64 - a.grid.x;
-                let difference = f64::from(sample) - at_row - (slope.x + curvature.x * across) * across;
-                visit(difference, column, row);
+            let from_a = columns.start as f64 - a.grid.x;
+            let difference = |step: usize, sample: f32| {
+                let across = from_a + step as f64;
+                (f64::from(sample) - at_row - (slope.x + curvature.x * across) * across).abs()
+            };
+            let (mut size, mut place) = (worst.size, usize::MAX);
+            for (step, &sample) in samples.iter().enumerate() {
+                let found = difference(step, sample);
+                if found > size {
+                    (size, place) = (found, step);
+                }
+            }
+            if place != usize::MAX {
+                worst = Deviation {
+                    size,
+                    at: DVec2::new((columns.start + place) as f64, row as f64),
+                };
             }
         });
+        worst
     }
 
     /// Largest difference between the straight edge and the bilinear surface under it, exactly.
@@ -252,7 +262,11 @@ impl Reference<'_> {
             return Some(cell);
         }
         let before = |coordinate: f64, index: usize| {
-            if coordinate - (index as f64) < ON_A_LINE { index.saturating_sub(1) } else { index }
+            if coordinate - (index as f64) < ON_A_LINE {
+                index.saturating_sub(1)
+            } else {
+                index
+            }
         };
         let neighbour = self.cell(before(point.x, column), before(point.y, row));
         (!neighbour.twist.is_nan()).then_some(neighbour)

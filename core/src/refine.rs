@@ -23,6 +23,8 @@ use crate::triangulate::stepped;
 
 /// Triangles that a walk to a point may cross.
 const LONGEST_WALK: usize = 1000;
+/// Below this distance all terms of the in-circle determinant, of six factors each, are exact in doubles: 12 · 2^48 < 2^53.
+const EXACT_IN_CIRCLE: f64 = 4096.0;
 
 /// How a surface is refined.
 #[derive(Clone, Copy, Debug)]
@@ -96,7 +98,8 @@ impl Refiner<'_, '_> {
     fn round(&mut self) -> bool {
         let suspects = std::mem::take(&mut self.suspects);
         self.is_suspect.clear();
-        self.is_suspect.resize(self.surface.connectivity.triangle_slots() as usize, false);
+        self.is_suspect
+            .resize(self.surface.connectivity.triangle_slots() as usize, false);
         let mut strayed = Vec::new();
         for triangle in suspects {
             let worst = self.worst(triangle);
@@ -115,7 +118,8 @@ impl Refiner<'_, '_> {
     }
 
     fn suspect(&mut self, triangle: u32) {
-        self.is_suspect.resize(self.surface.connectivity.triangle_slots() as usize, false);
+        self.is_suspect
+            .resize(self.surface.connectivity.triangle_slots() as usize, false);
         if !std::mem::replace(&mut self.is_suspect[triangle as usize], true) {
             self.suspects.push(triangle);
         }
@@ -132,7 +136,10 @@ impl Refiner<'_, '_> {
     }
 
     fn worst(&self, triangle: u32) -> Deviation {
-        self.deviations(triangle).into_iter().flatten().fold(Deviation::NONE, Deviation::or)
+        self.deviations(triangle)
+            .into_iter()
+            .flatten()
+            .fold(Deviation::NONE, Deviation::or)
     }
 
     /// The worst of a triangle at samples, and along each of its edges that count.
@@ -143,11 +150,17 @@ impl Refiner<'_, '_> {
         let [a, b, c] = corners.map(|corner| self.surface.point(corner));
         let reference = self.surface.reference;
         let along = |edge: usize, from: GridPoint, to: GridPoint| {
-            let [start, end] = [corners[edge], corners[(edge + 1) % 3]].map(|vertex| self.surface.plan[vertex as usize]);
+            let [start, end] =
+                [corners[edge], corners[(edge + 1) % 3]].map(|vertex| self.surface.plan[vertex as usize]);
             let is_given = self.refinement.frame.is_some_and(|frame| frame.along_side(start, end));
             (reference.bound == Bound::Surface && !is_given).then(|| reference.edge_deviation(from, to))
         };
-        [Some(reference.triangle_deviation([a, b, c])), along(0, a, b), along(1, b, c), along(2, c, a)]
+        [
+            Some(reference.triangle_deviation([a, b, c])),
+            along(0, a, b),
+            along(1, b, c),
+            along(2, c, a),
+        ]
     }
 
     /// Inserts a vertex at a place of the grid, if none is there and it belongs to the surface.
@@ -183,7 +196,10 @@ impl Refiner<'_, '_> {
         let mut first = 3 * triangle;
         for _ in 0..LONGEST_WALK {
             let edges = [first, next(first), previous(first)];
-            let turns = edges.map(|edge| self.surface.orientation(connectivity.origin(edge), connectivity.end(edge), plan));
+            let turns = edges.map(|edge| {
+                self.surface
+                    .orientation(connectivity.origin(edge), connectivity.end(edge), plan)
+            });
             match (0..3).find(|&side| turns[side] < 0.0) {
                 Some(side) => {
                     let across = connectivity.twin(edges[side]);
@@ -224,15 +240,30 @@ impl Refiner<'_, '_> {
         if twin == NONE {
             return false;
         }
-        let vertices = [connectivity.origin(edge), connectivity.end(edge), connectivity.apex(edge), connectivity.apex(twin)];
+        let vertices = [
+            connectivity.origin(edge),
+            connectivity.end(edge),
+            connectivity.apex(edge),
+            connectivity.apex(twin),
+        ];
         let [a, b, c, d] = vertices.map(|vertex| self.surface.plan[vertex as usize]);
         let is_given = self.refinement.frame.is_some_and(|frame| frame.along_inner_line(a, b));
-        !is_given && in_circle(a, b, c, d) > 0.0
+        !is_given && is_in_circle([a, b, c, d])
     }
 }
 
-/// Positive where `d` is inside the circle through the counter-clockwise `a`, `b` and `c`, exactly.
-fn in_circle(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> f64 {
-    let coordinate = |p: DVec2| robust::Coord { x: p.x, y: p.y };
-    robust::incircle(coordinate(a), coordinate(b), coordinate(c), coordinate(d))
+/// Whether `d` is inside the circle through the counter-clockwise `a`, `b` and `c`, exactly. Coordinates are whole
+/// numbers, and less than 2^30 apart.
+fn is_in_circle([a, b, c, d]: [DVec2; 4]) -> bool {
+    let [a, b, c] = [a - d, b - d, c - d];
+    let determinant =
+        a.length_squared() * b.perp_dot(c) + b.length_squared() * c.perp_dot(a) + c.length_squared() * a.perp_dot(b);
+    let size = a.abs().max(b.abs()).max(c.abs()).max_element();
+    if size < EXACT_IN_CIRCLE {
+        return determinant > 0.0;
+    }
+    let [a, b, c] = [a, b, c].map(|p| [p.x as i128, p.y as i128]);
+    let squared = |p: [i128; 2]| p[0] * p[0] + p[1] * p[1];
+    let across = |p: [i128; 2], q: [i128; 2]| p[0] * q[1] - p[1] * q[0];
+    squared(a) * across(b, c) + squared(b) * across(c, a) + squared(c) * across(a, b) > 0
 }

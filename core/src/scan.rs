@@ -8,6 +8,8 @@ use crate::reference::ON_A_LINE;
 
 /// Rows over which an edge must run for its slope to be worth anything.
 const LEAST_RISE: f64 = 1e-6;
+/// Columns up to which it is quicker to test each sample than to find where a row enters and leaves a triangle.
+const SMALL: f64 = 6.0;
 
 /// An edge of a triangle, from its lower to its higher end.
 #[derive(Clone, Copy)]
@@ -25,39 +27,107 @@ impl Side {
         Self {
             low,
             high,
-            slope: if rise > LEAST_RISE { (high.x - low.x) / rise } else { f64::NAN },
+            slope: if rise > LEAST_RISE {
+                (high.x - low.x) / rise
+            } else {
+                f64::NAN
+            },
         }
     }
 
-    /// Its columns within rounding of a row.
-    fn columns(&self, row: f64) -> Option<[f64; 2]> {
-        let (from, to) = (self.low.y.max(row - ON_A_LINE), self.high.y.min(row + ON_A_LINE));
-        if from > to {
-            None
-        } else if self.slope.is_nan() {
-            Some([self.low.x, self.high.x])
-        } else {
-            Some([from, to].map(|y| self.low.x + (y - self.low.y) * self.slope))
+    /// Widens a range of columns to where the edge is within rounding of a row.
+    #[inline(always)]
+    fn widen(&self, row: f64, from: &mut f64, to: &mut f64) {
+        let (low, high) = (self.low.y.max(row - ON_A_LINE), self.high.y.min(row + ON_A_LINE));
+        if low <= high {
+            let [first, last] = if self.slope.is_nan() {
+                [self.low.x, self.high.x]
+            } else {
+                [low, high].map(|y| self.low.x + (y - self.low.y) * self.slope)
+            };
+            *from = from.min(first).min(last);
+            *to = to.max(first).max(last);
         }
     }
 }
 
 /// Calls `visit(row, columns)` for each row of a grid of `size` columns and rows with samples in the triangle, or so
 /// close to it that rounding cannot tell.
-#[inline]
+#[inline(always)]
 pub(crate) fn visit_rows(corners: [DVec2; 3], size: [usize; 2], mut visit: impl FnMut(usize, Range<usize>)) {
     let [a, b, c] = corners;
+    let (low, high) = (least(a, least(b, c)), -least(-a, least(-b, -c)));
+    let rows = whole_numbers(low.y, high.y, size[1]);
+    if rows.is_empty() {
+        return;
+    }
+    if high.x - low.x < SMALL {
+        let columns = whole_numbers(low.x, high.x, size[0]);
+        let inside = Inside::new(corners);
+        for row in rows {
+            let found = inside.columns(row, columns.clone());
+            if !found.is_empty() {
+                visit(row, found);
+            }
+        }
+        return;
+    }
     let sides = [Side::new(a, b), Side::new(b, c), Side::new(c, a)];
-    let (low, high) = (a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y));
-    for row in whole_numbers(low, high, size[1]) {
+    for row in rows {
         let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-        for [first, second] in sides.iter().filter_map(|side| side.columns(row as f64)) {
-            from = from.min(first).min(second);
-            to = to.max(first).max(second);
+        for side in &sides {
+            side.widen(row as f64, &mut from, &mut to);
         }
         if from <= to {
             visit(row, whole_numbers(from, to, size[0]));
         }
+    }
+}
+
+fn least(a: DVec2, b: DVec2) -> DVec2 {
+    // One instruction each, unlike `min`, which minds NaN.
+    DVec2::new(if a.x < b.x { a.x } else { b.x }, if a.y < b.y { a.y } else { b.y })
+}
+
+/// What tells whether a point is in a triangle: the weights of its second and third corner.
+struct Inside {
+    origin: DVec2,
+    of_second: DVec2,
+    of_third: DVec2,
+    slack: f64,
+}
+
+impl Inside {
+    fn new([a, b, c]: [DVec2; 3]) -> Self {
+        let (second, third) = (b - a, c - a);
+        let per_area = 1.0 / second.perp_dot(third);
+        let of_second = DVec2::new(third.y, -third.x) * per_area;
+        let of_third = DVec2::new(-second.y, second.x) * per_area;
+        let steepness = of_second.abs() + of_third.abs();
+        Self {
+            origin: a,
+            of_second,
+            of_third,
+            slack: -ON_A_LINE * (steepness.x + steepness.y),
+        }
+    }
+
+    fn columns(&self, row: usize, candidates: Range<usize>) -> Range<usize> {
+        let down = row as f64 - self.origin.y;
+        let (second_at_row, third_at_row) = (self.of_second.y * down, self.of_third.y * down);
+        let mut found = 0..0;
+        for column in candidates {
+            let across = column as f64 - self.origin.x;
+            let second = second_at_row + self.of_second.x * across;
+            let third = third_at_row + self.of_third.x * across;
+            if second >= self.slack && third >= self.slack && 1.0 - second - third >= self.slack {
+                if found.is_empty() {
+                    found.start = column;
+                }
+                found.end = column + 1;
+            }
+        }
+        found
     }
 }
 

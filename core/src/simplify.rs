@@ -125,7 +125,10 @@ pub(crate) struct Scratch {
     pub(crate) around_red: Vec<u32>,
     nearest_first: Vec<(f64, u32, usize)>,
     pub(crate) ring: Ring,
+    /// Those under the triangles around blue, and those under the others around red, once they are needed.
     pub(crate) samples: Vec<Sample>,
+    others: Vec<Sample>,
+    has_others: bool,
     pub(crate) fan: Fan,
     pieces: Vec<(Piece, f64)>,
 }
@@ -153,9 +156,15 @@ impl Ring {
 
     /// Whether all triangles from `centre` to the ring are counter-clockwise and high enough.
     pub(crate) fn is_seen_from(&self, centre: DVec2, least_altitude: f64) -> bool {
-        let wrap = self.plan.last().zip(self.plan.first()).filter(|_| self.is_closed);
-        let mut links = self.plan.windows(2).map(|pair| (&pair[0], &pair[1])).chain(wrap);
-        links.all(|(&a, &b)| is_upright(centre, a, b, least_altitude))
+        let (Some(&first), Some(&last)) = (self.plan.first(), self.plan.last()) else {
+            return false;
+        };
+        let wraps = !self.is_closed || is_upright(centre, last, first, least_altitude);
+        wraps
+            && self
+                .plan
+                .windows(2)
+                .all(|pair| is_upright(centre, pair[0], pair[1], least_altitude))
     }
 }
 
@@ -239,14 +248,22 @@ impl<'a> Simplifier<'a> {
         if [blue, red].into_iter().any(|vertex| self.outline.visits(vertex) > 1) {
             return false;
         }
+        self.round += 1;
         let mut scratch = std::mem::take(&mut self.scratch);
         self.surface.connectivity.ring(blue, &mut scratch.around_blue);
         scratch.samples.clear();
         self.gather_around(blue, &mut scratch.samples);
-        let allowance = Allowance { vertical: tolerance, outline: 0.0 };
-        let shape = Shape { least_altitude: 0.0, ..self.shape };
+        let allowance = Allowance {
+            vertical: tolerance,
+            outline: 0.0,
+        };
+        let shape = Shape {
+            least_altitude: 0.0,
+            ..self.shape
+        };
         let place = scratch.around_blue.iter().position(|&vertex| vertex == red);
-        let chosen = place.and_then(|place| self.checked(self.edge(blue, red, place, &scratch), shape, allowance, &mut scratch));
+        let chosen =
+            place.and_then(|place| self.checked(self.edge(blue, red, place, &scratch), shape, allowance, &mut scratch));
         if let Some(chosen) = &chosen {
             self.perform(blue, chosen, true, &mut scratch);
         }
@@ -276,6 +293,12 @@ impl<'a> Simplifier<'a> {
     #[must_use]
     pub fn surface(&self) -> &Surface<'a> {
         &self.surface
+    }
+
+    /// The surface as it is now, for good.
+    #[must_use]
+    pub fn into_surface(self) -> Surface<'a> {
+        self.surface
     }
 
     pub(crate) fn try_all(&mut self) {
@@ -320,7 +343,9 @@ impl<'a> Simplifier<'a> {
         let chosen = nearest_first.iter().find_map(|&(_, red, index)| {
             let edge = self.edge(blue, red, index, scratch);
             let is_allowed = filters::kinds_allow(&self.surface, &self.kinds, edge);
-            is_allowed.then(|| self.checked(edge, self.shape, allowance, scratch)).flatten()
+            is_allowed
+                .then(|| self.checked(edge, self.shape, allowance, scratch))
+                .flatten()
         });
         scratch.nearest_first = nearest_first;
         let Some(chosen) = chosen else { return false };
@@ -336,46 +361,86 @@ impl<'a> Simplifier<'a> {
         let at = self.surface.plan[centre as usize];
         let distance = |vertex: u32| self.surface.plan[vertex as usize].distance_squared(at);
         sorted.clear();
-        sorted.extend(around.iter().enumerate().map(|(index, &vertex)| (distance(vertex), vertex, index)));
+        sorted.extend(
+            around
+                .iter()
+                .enumerate()
+                .map(|(index, &vertex)| (distance(vertex), vertex, index)),
+        );
         sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
     fn edge(&self, blue: u32, red: u32, index: usize, scratch: &Scratch) -> Edge {
-        let is_on_boundary = self.surface.connectivity.is_boundary(blue) && (index == 0 || index + 1 == scratch.around_blue.len());
-        Edge { blue, red, index, is_on_boundary }
+        let is_on_boundary =
+            self.surface.connectivity.is_boundary(blue) && (index == 0 || index + 1 == scratch.around_blue.len());
+        Edge {
+            blue,
+            red,
+            index,
+            is_on_boundary,
+        }
     }
 
     /// Passes a collapse through all filters but that of kinds. The samples around blue are gathered before.
     fn checked(&mut self, edge: Edge, shape: Shape, allowance: Allowance, scratch: &mut Scratch) -> Option<Chosen> {
         let Edge { blue, red, .. } = edge;
         self.surface.connectivity.ring(red, &mut scratch.around_red);
-        if !filters::link_allows(&self.surface.connectivity, edge, &scratch.around_blue, &scratch.around_red) {
+        if !filters::link_allows(
+            &self.surface.connectivity,
+            edge,
+            &scratch.around_blue,
+            &scratch.around_red,
+        ) {
             return None;
         }
         if scratch.around_red.iter().any(|&vertex| self.is_touched(vertex)) {
             self.worth_a_try[blue as usize] = true;
             return None;
         }
-        let strays = if self.kinds[blue as usize] == VertexKind::Outline { self.outline.strays(blue, red) } else { 0.0 };
+        let strays = if self.kinds[blue as usize] == VertexKind::Outline {
+            self.outline.strays(blue, red)
+        } else {
+            0.0
+        };
         if strays > allowance.outline {
             return None;
         }
         let keeps_height = self.kinds[red as usize].keeps_height();
         self.surround(edge, keeps_height, scratch);
-        let of_blue = scratch.samples.len();
+        scratch.others.clear();
+        scratch.has_others = strays > 0.0 || keeps_height;
         if strays > 0.0 {
+            scratch.samples.clear();
             self.gather_under(self.surface.points[red as usize].grid, scratch);
-        } else if !keeps_height {
-            self.gather_around_other(red, blue, &mut scratch.samples);
         }
         let only = keeps_height.then(|| self.surface.points[red as usize].height);
         let place = (0..self.quality.places().len()).find_map(|number| {
             let (plan, grid) = self.place(edge, number)?;
-            scratch.ring.is_seen_from(plan, shape.least_altitude).then_some(())?;
             self.fitted += 1;
-            self.fit(plan, grid, only, allowance.vertical, scratch)
+            if !scratch.fan.spread(
+                self.surface.reference,
+                grid,
+                &scratch.ring.points,
+                scratch.ring.is_closed,
+            ) {
+                return None;
+            }
+            let mut interval = Interval::new(allowance.vertical, only);
+            scratch.fan.constrain(&mut scratch.samples, &mut interval);
+            if interval.is_empty() {
+                return None;
+            }
+            // Most collapses fail under blue's own triangles: red's are not looked at before they must be.
+            if !std::mem::replace(&mut scratch.has_others, true) {
+                self.gather_around_other(red, blue, &mut scratch.others);
+            }
+            scratch.fan.constrain(&mut scratch.others, &mut interval);
+            self.settle(plan, grid, interval, shape.least_altitude, scratch)
         });
-        scratch.samples.truncate(of_blue);
+        if strays > 0.0 {
+            scratch.samples.clear();
+            self.gather_around(blue, &mut scratch.samples);
+        }
         place.map(|place| Chosen { red, place, strays })
     }
 
@@ -405,9 +470,19 @@ impl<'a> Simplifier<'a> {
     ///        … ─── d ─── …
     /// ```
     fn surround(&self, edge: Edge, without_red: bool, scratch: &mut Scratch) {
-        let Scratch { around_blue, around_red, ring, .. } = scratch;
+        let Scratch {
+            around_blue,
+            around_red,
+            ring,
+            ..
+        } = scratch;
         let connectivity = &self.surface.connectivity;
-        let others = || around_blue[edge.index + 1..].iter().chain(&around_blue[..edge.index]).copied();
+        let others = || {
+            around_blue[edge.index + 1..]
+                .iter()
+                .chain(&around_blue[..edge.index])
+                .copied()
+        };
         if without_red {
             ring.clear(false);
             others().for_each(|vertex| ring.push(&self.surface, vertex));
@@ -420,7 +495,10 @@ impl<'a> Simplifier<'a> {
         let own = others().count() - before - after;
         for &vertex in around_red.iter() {
             if vertex == edge.blue {
-                others().skip(before).take(own).for_each(|vertex| ring.push(&self.surface, vertex));
+                others()
+                    .skip(before)
+                    .take(own)
+                    .for_each(|vertex| ring.push(&self.surface, vertex));
             } else {
                 ring.push(&self.surface, vertex);
             }
@@ -447,17 +525,45 @@ impl<'a> Simplifier<'a> {
     fn gather_under(&self, centre: DVec2, scratch: &mut Scratch) {
         for pair in scratch.ring.points.windows(2) {
             let corners = [centre, pair[0].grid, pair[1].grid];
-            self.samples.gather_under(self.surface.reference, corners, &mut scratch.samples);
+            self.samples
+                .gather_under(self.surface.reference, corners, &mut scratch.samples);
         }
     }
 
-    /// The best height of a vertex at a place inside the ring, if one is allowed, or `only` one.
-    pub(crate) fn fit(&self, plan: DVec2, grid: DVec2, only: Option<f64>, tolerance: f64, scratch: &mut Scratch) -> Option<Place> {
-        let Scratch { ring, fan, samples, pieces, .. } = scratch;
+    /// The best height of a vertex at a place inside the ring, over all samples under it, if one is allowed.
+    pub(crate) fn fit(&self, plan: DVec2, grid: DVec2, tolerance: f64, scratch: &mut Scratch) -> Option<Place> {
+        let mut interval = Interval::new(tolerance, None);
+        if !scratch.fan.spread(
+            self.surface.reference,
+            grid,
+            &scratch.ring.points,
+            scratch.ring.is_closed,
+        ) {
+            return None;
+        }
+        scratch.others.clear();
+        scratch.fan.constrain(&mut scratch.samples, &mut interval);
+        self.settle(plan, grid, interval, self.shape.least_altitude, scratch)
+    }
+
+    /// The best of the heights that samples allow, if the edges to the ring allow one, too.
+    fn settle(
+        &self,
+        plan: DVec2,
+        grid: DVec2,
+        mut interval: Interval,
+        least_altitude: f64,
+        scratch: &mut Scratch,
+    ) -> Option<Place> {
+        let Scratch {
+            ring,
+            pieces,
+            fan,
+            samples,
+            others,
+            ..
+        } = scratch;
         let reference = self.surface.reference;
-        let mut interval = Interval::new(tolerance, only);
-        fan.spread(reference, grid, &ring.points, ring.is_closed);
-        fan.constrain(samples, &mut interval);
         pieces.clear();
         if reference.bound == Bound::Surface {
             for &end in &ring.points {
@@ -467,8 +573,15 @@ impl<'a> Simplifier<'a> {
                 interval.constrain_by_edge(reference, grid, end, pieces);
             }
         }
+        if interval.is_empty() || !ring.is_seen_from(plan, least_altitude) {
+            return None;
+        }
+        fan.add_squares(samples, &mut interval);
+        fan.add_squares(others, &mut interval);
         let height = interval.best(ring.points[0].height, self.shape.height_step)?;
-        let holds = pieces.iter().all(|(piece, end)| piece.deviation(height, *end) <= tolerance);
+        let holds = pieces
+            .iter()
+            .all(|(piece, end)| piece.deviation(height, *end) <= interval.tolerance);
         holds.then(|| Place {
             plan,
             point: GridPoint { grid, height },
@@ -506,7 +619,8 @@ impl<'a> Simplifier<'a> {
             scratch.samples.clear();
         }
         for edge in self.surface.connectivity.leaving(vertex) {
-            self.samples.gather(self.surface.reference, edge / 3, &mut scratch.samples);
+            self.samples
+                .gather(self.surface.reference, edge / 3, &mut scratch.samples);
             self.samples.clear(edge / 3);
         }
     }
@@ -515,9 +629,10 @@ impl<'a> Simplifier<'a> {
     pub(crate) fn lay_samples(&mut self, vertex: u32, scratch: &mut Scratch) {
         self.surround_vertex(vertex, scratch);
         let Scratch { ring, fan, samples, .. } = scratch;
-        fan.spread(self.surface.reference, self.surface.points[vertex as usize].grid, &ring.points, ring.is_closed);
+        let centre = self.surface.points[vertex as usize].grid;
+        let is_spread = fan.spread(self.surface.reference, centre, &ring.points, ring.is_closed);
         let mut at = 0;
-        for sample in samples.iter() {
+        for sample in samples.iter().filter(|_| is_spread) {
             if let Some(sector) = fan.sector_of(sample, at) {
                 at = sector;
                 if let Some(edge) = self.surface.connectivity.leaving(vertex).nth(sector) {
@@ -540,9 +655,15 @@ impl Scratch {
     /// Sum of the squared differences under the ring, seen from a point; none where one is beyond the tolerance.
     pub(crate) fn squares(&mut self, reference: &Reference, centre: GridPoint, tolerance: f64) -> Option<f64> {
         let mut interval = Interval::new(tolerance, Some(centre.height));
-        self.fan.spread(reference, centre.grid, &self.ring.points, self.ring.is_closed);
-        self.fan.constrain(&self.samples, &mut interval);
-        (!interval.is_empty()).then(|| interval.squares_at(centre.height))
+        self.fan
+            .spread(reference, centre.grid, &self.ring.points, self.ring.is_closed)
+            .then_some(())?;
+        self.fan.constrain(&mut self.samples, &mut interval);
+        if interval.is_empty() {
+            return None;
+        }
+        self.fan.add_squares(&self.samples, &mut interval);
+        Some(interval.squares_at(centre.height))
     }
 }
 

@@ -37,12 +37,19 @@ impl<'a> Surface<'a> {
     /// The mesh as it is now, its vertices renumbered in order, and the number that each had here.
     #[must_use]
     pub fn mesh(&self) -> (Mesh, Vec<u32>) {
-        let live: Vec<u32> = (0..self.plan.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex)).collect();
+        let live: Vec<u32> = (0..self.plan.len() as u32)
+            .filter(|&vertex| self.connectivity.is_live(vertex))
+            .collect();
         let mut numbers = vec![u32::MAX; self.plan.len()];
-        (0..).zip(&live).for_each(|(number, &vertex)| numbers[vertex as usize] = number);
+        (0..)
+            .zip(&live)
+            .for_each(|(number, &vertex)| numbers[vertex as usize] = number);
         let mesh = Mesh {
             positions: live.iter().map(|&vertex| self.position(vertex)).collect(),
-            triangles: self.triangles().map(|(_, corners)| corners.map(|corner| numbers[corner as usize])).collect(),
+            triangles: self
+                .triangles()
+                .map(|(_, corners)| corners.map(|corner| numbers[corner as usize]))
+                .collect(),
         };
         (mesh, live)
     }
@@ -58,14 +65,19 @@ impl<'a> Surface<'a> {
             x = (x | (x << 2)) & 0x3333_3333_3333_3333;
             (x | (x << 1)) & 0x5555_5555_5555_5555
         };
-        let mut order: Vec<(u64, u32)> = (0..self.plan.len() as u32).filter(|&v| self.connectivity.is_live(v)).map(|v| {
-            let g = self.points[v as usize].grid * 16.0;
-            (bits(g.x) | (bits(g.y) << 1), v)
-        }).collect();
+        let mut order: Vec<(u64, u32)> = (0..self.plan.len() as u32)
+            .filter(|&v| self.connectivity.is_live(v))
+            .map(|v| {
+                let g = self.points[v as usize].grid * 16.0;
+                (bits(g.x) | (bits(g.y) << 1), v)
+            })
+            .collect();
         order.sort_unstable();
         let mut numbers = vec![0_u32; self.plan.len()];
-        for (n, &(_, v)) in (0_u32..).zip(&order) { numbers[v as usize] = n; }
-        let mut triangles: Vec<[u32;3]> = self.triangles().map(|(_, c)| c.map(|c| numbers[c as usize])).collect();
+        for (n, &(_, v)) in (0_u32..).zip(&order) {
+            numbers[v as usize] = n;
+        }
+        let mut triangles: Vec<[u32; 3]> = self.triangles().map(|(_, c)| c.map(|c| numbers[c as usize])).collect();
         triangles.sort_unstable_by_key(|t| t[0].min(t[1]).min(t[2]));
         Self {
             reference: self.reference,
@@ -80,8 +92,18 @@ impl<'a> Surface<'a> {
         (0..self.connectivity.triangle_slots()).filter_map(|number| Some((number, self.connectivity.corners(number)?)))
     }
 
-    /// count
-    pub fn vertex_count(&self) -> usize { self.plan.len() }
+    /// Vertices, removed ones counted, too.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.plan.len()
+    }
+
+    /// Triangles that are left.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.triangles().count()
+    }
+
     pub(crate) fn position(&self, vertex: u32) -> DVec3 {
         self.plan[vertex as usize].extend(self.points[vertex as usize].height)
     }
@@ -106,7 +128,12 @@ impl<'a> Surface<'a> {
                 self.reference.bound == Bound::Surface && (twin == NONE || twin > edge)
             });
             measured
-                .map(|edge| self.reference.edge_deviation(self.point(self.connectivity.origin(edge)), self.point(self.connectivity.end(edge))))
+                .map(|edge| {
+                    self.reference.edge_deviation(
+                        self.point(self.connectivity.origin(edge)),
+                        self.point(self.connectivity.end(edge)),
+                    )
+                })
                 .fold(self.reference.triangle_deviation(points), Deviation::or)
         };
         self.triangles().map(of_triangle).fold(Deviation::NONE, Deviation::or)

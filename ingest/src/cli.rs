@@ -10,6 +10,7 @@ Examples:
   terrain-ingest N49W124.hgt.zip N49W123.hgt.zip -o vancouver.pmtiles --max-error 5
   terrain-ingest height.exr --crs EPSG:2056 --bounds 2600000,1190000,2610000,1200000
   terrain-ingest tin dem.tif --max-error 10 -o dem.ply
+  terrain-ingest tin dem.tif --max-error 10 --quality best --bound samples -o dem.obj
   terrain-ingest verify dem.pmtiles dem.tif      measures every claim again, by brute force
   terrain-ingest info dem.pmtiles
 Serve the result with `terrain-server dem.pmtiles`.
@@ -60,6 +61,9 @@ pub(crate) struct BuildArgs {
     /// Where the error is bounded.
     #[arg(long, value_enum, default_value = "surface")]
     pub(crate) bound: Bound,
+    /// How much work goes into few triangles; the error is the same for all.
+    #[arg(long, value_enum, default_value = "default")]
+    pub(crate) quality: Quality,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
@@ -81,6 +85,9 @@ pub(crate) struct TinArgs {
     /// Where the error is bounded.
     #[arg(long, value_enum, default_value = "surface")]
     pub(crate) bound: Bound,
+    /// How much work goes into few triangles; the error is the same for all.
+    #[arg(long, value_enum, default_value = "default")]
+    pub(crate) quality: Quality,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
@@ -149,6 +156,17 @@ pub(crate) enum Bound {
     Surface,
     /// At samples only, as other programs do it: fewer triangles, a weaker promise.
     Samples,
+}
+
+/// How much work goes into few triangles.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Quality {
+    /// Least time: vertices stay where they are when others collapse into them.
+    Fast,
+    /// Vertices may go to the middle of an edge that collapses.
+    Default,
+    /// Fewest triangles: more places, and edges swapped and vertices moved to make room for further collapses.
+    Best,
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -7,13 +7,13 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
-use terrain_core::reference;
+use terrain_core::{reference, simplify};
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, peak_memory, pyramid, raster, tin, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
 use crate::Failure;
-use crate::cli::{Bound, BuildArgs, Cli, Command, InfoArgs, RasterArgs, RunArgs, TinArgs, VerifyArgs};
+use crate::cli::{Bound, BuildArgs, Cli, Command, InfoArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs};
 
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
@@ -33,6 +33,7 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let options = pyramid::Options {
         max_error: arguments.max_error,
         bound: arguments.bound.into(),
+        quality: arguments.quality.into(),
     };
     let report = pyramid::build(&grid, &options, &output, &progress).map_err(Failure::Other)?;
     print_finished(report, &output, started, arguments.run.json)
@@ -49,10 +50,8 @@ fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
     let grid = read(&arguments.dems, arguments.raster, &progress)?;
     let options = tin::Options {
         max_error: arguments.max_error,
-        bound: match arguments.bound {
-            Bound::Surface => terrain_core::reference::Bound::Surface,
-            Bound::Samples => terrain_core::reference::Bound::Samples,
-        },
+        bound: arguments.bound.into(),
+        quality: arguments.quality.into(),
     };
     let report = tin::run(&grid, &options, &arguments.output, &progress).map_err(Failure::Other)?;
     print_finished(report, &arguments.output, started, arguments.run.json)
@@ -146,6 +145,16 @@ fn bound_name(bound: Bound) -> &'static str {
     match bound {
         Bound::Surface => "surface",
         Bound::Samples => "samples",
+    }
+}
+
+impl From<Quality> for simplify::Quality {
+    fn from(quality: Quality) -> Self {
+        match quality {
+            Quality::Fast => Self::Fast,
+            Quality::Default => Self::Default,
+            Quality::Best => Self::Best,
+        }
     }
 }
 

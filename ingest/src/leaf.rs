@@ -11,10 +11,11 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
-use terrain_core::Mesh;
+use terrain_core::Surface;
 use terrain_core::mesh;
 use terrain_core::reference::Reference;
-use terrain_core::triangulate::{self, Frame, Outline, Refinement, stepped};
+use terrain_core::refine::{Frame, Refinement, refine};
+use terrain_core::triangulate::{Outline, stepped, triangulate};
 use terrain_tiles::address::Side;
 
 use crate::border::{BorderCurve, Run};
@@ -57,18 +58,18 @@ pub(crate) fn side_start(lattice: Lattice, square: Square, side: Side) -> i64 {
     square.edge(side).along * lattice.extent(square.zoom)
 }
 
-/// Builds the finest mesh of a leaf, in its lattice coordinates and metres; none where the raster has no surface there.
+/// Builds the finest surface of a leaf, in its lattice coordinates and metres; without triangles where the raster has no surface there.
 ///
 /// # Errors
 /// When the raster's outline cannot be triangulated.
-pub(crate) fn finest_mesh(
+pub(crate) fn finest_surface<'a>(
     lattice: Lattice,
     georeference: &GeoReference,
-    reference: &Reference,
+    reference: &'a Reference<'a>,
     square: Square,
     sides: [&BorderCurve; 4],
     tolerance: f64,
-) -> Result<Mesh> {
+) -> Result<Surface<'a>> {
     let mut builder = Builder {
         lattice,
         georeference,
@@ -83,16 +84,17 @@ pub(crate) fn finest_mesh(
     builder.add_sides();
     builder.add_raster_outline();
     builder.add_inner_lines();
-    let frame = Some(frame(lattice, square));
+    let mut mesh = triangulate(&builder.outline, |plan| builder.is_inside(plan))
+        .with_context(|| format!("tile {}", square.address()))?;
+    mesh::separate_fans(&mut mesh, |position| is_on_side(position, lattice.extent(square.zoom)));
+    let mut surface = Surface::new(&mesh, reference);
     let refinement = Refinement {
         tolerance,
         height_step: lattice.height_step(),
-        frame,
+        frame: Some(frame(lattice, square)),
     };
-    let mut mesh = triangulate::triangulate(&builder.outline, reference, refinement, |plan| builder.is_inside(plan))
-        .with_context(|| format!("tile {}", square.address()))?;
-    mesh::separate_fans(&mut mesh, |position| is_on_side(position, lattice.extent(square.zoom)));
-    Ok(mesh)
+    refine(&mut surface, refinement);
+    Ok(surface)
 }
 
 /// Whether a lattice position lies on a side of its square, where it is shared with neighbours.

@@ -14,8 +14,8 @@ use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
 use terrain_core::mesh::boundary_edges;
 use terrain_core::reference::{Bound, Reference};
-use terrain_core::simplify::{Allowance, Shape, Simplifier, VertexKind};
-use terrain_core::{Mesh, SurfacePartition};
+use terrain_core::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
+use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
 use terrain_tiles::codec;
 use terrain_tiles::ellipsoid::Geodetic;
@@ -41,6 +41,7 @@ pub(crate) struct Build<'a> {
     pub(crate) grid: &'a HeightGrid,
     pub(crate) lattice: Lattice,
     pub(crate) bound: Bound,
+    pub(crate) quality: Quality,
     pub(crate) certifier: Certifier<'a>,
 }
 
@@ -87,7 +88,8 @@ impl Build<'_> {
         tolerance: f64,
     ) -> Result<Node> {
         let kinds = kinds(&finest.mesh, self.lattice.extent(square.zoom));
-        let mut simplifier = Simplifier::new(&finest.mesh, kinds, reference, self.shape());
+        let surface = Surface::new(&finest.mesh, reference);
+        let mut simplifier = Simplifier::new(surface, kinds, self.shape(), self.quality);
         self.collapse_sides(&mut simplifier, square, &finest.mesh, sides, tolerance)?;
         let mut strays = vec![0.0; Side::ALL.len()];
         for rung in 1..=RUNGS {

@@ -21,7 +21,7 @@ use serde::Serialize;
 use terrain_core::Mesh;
 use terrain_core::plan::PlanMap;
 use terrain_core::reference::{Bound, Reference};
-use terrain_core::simplify::{Allowance, Simplifier};
+use terrain_core::simplify::{Allowance, Quality, Simplifier};
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Writer;
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
@@ -56,6 +56,8 @@ pub struct Options {
     pub max_error: Option<f64>,
     /// Where the error is to hold.
     pub bound: Bound,
+    /// How much work goes into few triangles.
+    pub quality: Quality,
 }
 
 impl Default for Options {
@@ -63,6 +65,7 @@ impl Default for Options {
         Self {
             max_error: None,
             bound: Bound::Surface,
+            quality: Quality::Default,
         }
     }
 }
@@ -119,7 +122,7 @@ pub fn build(grid: &HeightGrid, options: &Options, output: &Path, progress: &Pro
         bail!("the largest error must be more than 0 m");
     }
     let mut writer = Writer::create(output)?;
-    let pyramid = Pyramid::new(grid, options.bound, max_error);
+    let pyramid = Pyramid::new(grid, options, max_error);
     let mut finished = Finished::default();
     let mut sides = pyramid.leaf_sides(progress);
     let mut nodes = pyramid.leaves(&sides, progress)?;
@@ -180,7 +183,7 @@ struct Pyramid<'a> {
 }
 
 impl<'a> Pyramid<'a> {
-    fn new(grid: &'a HeightGrid, bound: Bound, max_error: f64) -> Self {
+    fn new(grid: &'a HeightGrid, options: &Options, max_error: f64) -> Self {
         let degrees = centre_cell(grid).min_element() / METRES_IN_A_DEGREE;
         let zoom = (180.0 / (degrees * SAMPLES_ACROSS_A_LEAF))
             .log2()
@@ -200,8 +203,9 @@ impl<'a> Pyramid<'a> {
             build: Build {
                 grid,
                 lattice,
-                bound,
-                certifier: Certifier::new(grid, bound),
+                bound: options.bound,
+                quality: options.quality,
+                certifier: Certifier::new(grid, options.bound),
             },
             max_error,
             bounds: grid.georeference.geographic_bounds(),
@@ -352,22 +356,22 @@ impl<'a> Pyramid<'a> {
         tolerance: f64,
     ) -> Result<Option<Finest>> {
         let Build { grid, lattice, .. } = self.build;
-        let mesh = leaf::finest_mesh(lattice, &grid.georeference, reference, square, sides, tolerance)?;
+        let surface = leaf::finest_surface(lattice, &grid.georeference, reference, square, sides, tolerance)?;
+        let surface = surface.in_memory_order();
+        let (mesh, _) = surface.mesh();
         if mesh.triangles.is_empty() {
             return Ok(None);
         }
         let rounding = lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
-        let mut simplifier = Simplifier::new(&mesh, kinds, reference, self.build.shape());
-        simplifier.simplify(Allowance {
+        let mut simplifier = Simplifier::new(surface, kinds, self.build.shape(), self.build.quality);
+        simplifier.thin(Allowance {
             vertical: tolerance,
             outline: (self.max_error - rounding).max(0.0),
         });
         let outline_strayed = rounding + simplifier.outline_strayed();
-        Ok(Some(Finest {
-            mesh: simplifier.mesh().0,
-            outline_strayed,
-        }))
+        let mesh = simplifier.into_surface().in_memory_order().mesh().0;
+        Ok(Some(Finest { mesh, outline_strayed }))
     }
 
     fn parents(

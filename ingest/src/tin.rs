@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! outline ← where the raster's valid cells end, straight runs as one segment
-//! mesh    ← constrained Delaunay of the outline, refined to the tolerance
-//! mesh    ← edge collapses inside the tolerance
+//! surface ← constrained Delaunay of the outline, refined to the tolerance
+//! surface ← collapses, swaps and moves inside the tolerance
 //! measure, write
 //! ```
 //! The mesh is planar between its vertices in the raster's coordinates, so what the simplifier measures is exact.
@@ -16,12 +16,13 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
 use serde::Serialize;
-use terrain_core::Mesh;
-use terrain_core::mesh;
+use terrain_core::Surface;
+use terrain_core::mesh::{self, Mesh};
 use terrain_core::plan::PlanMap;
-use terrain_core::reference::{Bound, GridPoint, Reference};
-use terrain_core::simplify::{Allowance, Shape, Simplifier, VertexKind};
-use terrain_core::triangulate::{Outline, Refinement, triangulate};
+use terrain_core::reference::{Bound, Reference};
+use terrain_core::refine::{Refinement, refine};
+use terrain_core::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
+use terrain_core::triangulate::{Outline, triangulate};
 
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
@@ -40,6 +41,8 @@ pub struct Options {
     pub max_error: f64,
     /// Where it is to hold.
     pub bound: Bound,
+    /// How much work goes into few triangles.
+    pub quality: Quality,
 }
 
 /// What was made.
@@ -82,18 +85,20 @@ pub fn run(grid: &HeightGrid, options: &Options, output: &Path, progress: &Progr
     let curvature = vec![DVec2::ZERO; grid.rows];
     let reference = reference(grid, is_flipped, &curvature, options.bound);
     progress.stage("triangulating", 1);
-    let fine = refined(&reference, options)?;
+    let surface = refined(&reference, options)?;
     progress.done();
-    progress.stage(&format!("simplifying {} triangles", fine.triangles.len()), 1);
-    let mesh = simplified(&fine, &reference, options);
+    progress.stage(&format!("simplifying {} triangles", surface.triangle_count()), 1);
+    let surface = thinned(surface, options);
     progress.done();
+    let error = surface.deviation().size;
+    let (mesh, _) = surface.mesh();
     if mesh.triangles.is_empty() {
         bail!("the raster has no cell with four valid samples");
     }
     let report = Report {
         vertices: mesh.positions.len(),
         triangles: mesh.triangles.len(),
-        certified_error: rounded_up(measured(&reference, &mesh)),
+        certified_error: rounded_up(error),
         bound: bound_name(options.bound),
     };
     let in_crs = |position: DVec3| {
@@ -136,54 +141,35 @@ fn reference<'a>(grid: &'a HeightGrid, is_flipped: bool, curvature: &'a [DVec2],
     }
 }
 
-fn refined(reference: &Reference, options: &Options) -> Result<Mesh> {
+fn refined<'a>(reference: &'a Reference<'a>, options: &Options) -> Result<Surface<'a>> {
+    let is_inside = |plan: DVec2| {
+        let cell = reference.plan.grid(plan).floor();
+        reference.cell_is_valid(cell.x as i64, cell.y as i64)
+    };
+    let mut mesh = triangulate(&outline(reference), is_inside)?;
+    mesh::separate_fans(&mut mesh, |_| false);
+    let mut surface = Surface::new(&mesh, reference);
     let refinement = Refinement {
         tolerance: options.max_error * SHARE,
         height_step: 0.0,
         frame: None,
     };
-    let is_inside = |plan: DVec2| {
-        let cell = reference.plan.grid(plan).floor();
-        reference.cell_is_valid(cell.x as i64, cell.y as i64)
-    };
-    let mut mesh = triangulate(&outline(reference), reference, refinement, is_inside)?;
-    mesh::separate_fans(&mut mesh, |_| false);
-    Ok(mesh)
+    refine(&mut surface, refinement);
+    Ok(surface.in_memory_order())
 }
 
-fn simplified(fine: &Mesh, reference: &Reference, options: &Options) -> Mesh {
+fn thinned<'a>(surface: Surface<'a>, options: &Options) -> Surface<'a> {
     let shape = Shape {
         height_step: 0.0,
         least_altitude: LEAST_ALTITUDE,
     };
-    let kinds = vec![VertexKind::Free; fine.positions.len()];
-    let mut simplifier = Simplifier::new(fine, kinds, reference, shape);
-    simplifier.simplify(Allowance {
+    let kinds = vec![VertexKind::Free; surface.vertex_count()];
+    let mut simplifier = Simplifier::new(surface, kinds, shape, options.quality);
+    simplifier.thin(Allowance {
         vertical: options.max_error * SHARE,
         outline: 0.0,
     });
-    simplifier.mesh().0
-}
-
-fn measured(reference: &Reference, mesh: &Mesh) -> f64 {
-    let point = |vertex: u32| {
-        let position = mesh.positions[vertex as usize];
-        GridPoint {
-            grid: reference.plan.grid(position.truncate()),
-            height: position.z,
-        }
-    };
-    let of_triangle = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(point);
-        let edges = match reference.bound {
-            Bound::Surface => [(a, b), (b, c), (c, a)].map(|(p, q)| reference.edge_deviation(p, q).size),
-            Bound::Samples => [0.0; 3],
-        };
-        edges
-            .into_iter()
-            .fold(reference.triangle_deviation([a, b, c]).size, f64::max)
-    };
-    mesh.triangles.iter().map(of_triangle).fold(0.0, f64::max)
+    simplifier.into_surface()
 }
 
 /// To micrometres, never down.
