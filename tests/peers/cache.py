@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dem import Dem
 from evaluate import Measures
-from programs import HERE, Program, Run
+from programs import HERE, NoSetting, Program, Run
 
 # A run is kept as long as these are the same.
 SOURCES = (
@@ -27,7 +27,7 @@ class Cache:
         self.in_this_comparison: set[Path] = set()
 
     def run(self, program: Program, dem: Dem, error: float, run: Callable[[], Run]) -> Run:
-        """The kept run, or what `run` gives."""
+        """The kept run, or what `run` gives; that no setting gives the error is kept, too, and raised again."""
         if not program.is_cached:
             return run()
         # Ground distances decide what some peers do; two rasters may have the same heights at others.
@@ -36,10 +36,19 @@ class Cache:
         path = self.folder / f"{name}_{dem.digest}_{cell}_{error:g}_{self.sources}.json"
         is_kept = path.exists() and not self.is_fresh
         if not is_kept and path not in self.in_this_comparison:
-            path.write_text(json.dumps(asdict(run())))
+            path.write_text(json.dumps(to_record(run)))
         self.in_this_comparison.add(path)
         return from_record(json.loads(path.read_text()))
 
 
+def to_record(run: Callable[[], Run]) -> dict:
+    try:
+        return asdict(run())
+    except NoSetting as reason:
+        return {"no_setting": str(reason)}
+
+
 def from_record(record: dict) -> Run:
+    if "no_setting" in record:
+        raise NoSetting(record["no_setting"])
     return Run(**{**record, "measures": Measures(**record["measures"])})

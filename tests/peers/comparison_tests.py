@@ -84,6 +84,18 @@ class Kept(Folder):
                 found = cache.run(Program("peer", run, is_cached=is_cached), hills(), ASKED, run)
             self.assertEqual((len(runs), found.measures), (expected, EXACT))
 
+    def test_that_no_setting_gives_the_error_is_found_out_once(self):
+        runs = []
+
+        def run():
+            runs.append(1)
+            return programs.found(lambda _: Run(EXACT, 1.0, None, 50.0, ASKED), error=0.5, fine=1.0, coarse=1.01)
+
+        for _ in range(2):
+            with self.assertRaisesRegex(programs.NoSetting, "an error of 0.5 m"):
+                Cache(self.folder, is_fresh=False).run(Program("peer", run), hills(), 0.5, run)
+        self.assertEqual(len(runs), 1)
+
     def test_other_heights_another_error_and_another_cell_are_other_runs(self):
         cache = Cache(self.folder, is_fresh=False)
         peer = Program("peer", run=lambda *_: None)

@@ -31,6 +31,10 @@ class Failed(Exception):
     """A program that gave no mesh, with what it said."""
 
 
+class NoSetting(Failed):
+    """No setting of a program gives the asked error."""
+
+
 @dataclass(frozen=True)
 class Run:
     """What one run of a program gave and cost."""
@@ -136,7 +140,7 @@ def found(run: Callable[[float], Run], error: float, fine: float, coarse: float)
 
     best = coarsest(run, meets, fine, coarse)
     if best is None:
-        raise Failed(f"no setting gives an error of {error:g} m at samples")
+        raise NoSetting(f"no setting gives an error of {error:g} m at samples")
     return best
 
 
