@@ -66,13 +66,10 @@ impl Simplifier<'_> {
             self.samples
                 .gather(self.surface.reference, triangle, &mut scratch.samples);
         }
-        let Some(before) = self.squares_around(a, [d, b, c], f64::INFINITY, scratch) else {
-            return false;
-        };
-        let Some(after) = self.squares_around(c, [a, d, b], tolerance, scratch) else {
-            return false;
-        };
-        if after >= before * GAIN || !self.edge_holds(c, d, tolerance) {
+        let before = self.squares_around([a, b], [d, b, c], f64::INFINITY, scratch);
+        let after = self.squares_around([c, d], [a, d, b], tolerance, scratch);
+        let is_better = before.zip(after).is_some_and(|(before, after)| after < before * GAIN);
+        if !is_better {
             return false;
         }
         for triangle in [edge / 3, twin / 3] {
@@ -94,22 +91,20 @@ impl Simplifier<'_> {
             && is_upright(plan(c), plan(d), plan(b), least)
     }
 
-    /// Sum of squares of the fan from a vertex as it is; none where it is beyond the tolerance.
-    fn squares_around(&self, centre: u32, ring: [u32; 3], tolerance: f64, scratch: &mut Scratch) -> Option<f64> {
+    /// Sum of squares of a quadrilateral with its diagonal: of the fan from the diagonal's start over the other corners,
+    /// and along the diagonal; none where it is beyond the tolerance.
+    fn squares_around(&self, diagonal: [u32; 2], ring: [u32; 3], tolerance: f64, scratch: &mut Scratch) -> Option<f64> {
         scratch.ring.clear(false);
         ring.into_iter()
             .for_each(|vertex| scratch.ring.push(&self.surface, vertex));
-        let point = self.surface.point(centre);
-        scratch.squares(self.surface.reference, point, tolerance)
-    }
-
-    fn edge_holds(&self, a: u32, b: u32, tolerance: f64) -> bool {
+        let [start, end] = diagonal.map(|vertex| self.surface.point(vertex));
         let reference = self.surface.reference;
-        reference.bound == Bound::Samples
-            || reference
-                .edge_deviation(self.surface.point(a), self.surface.point(b))
-                .size
-                <= tolerance
+        let at_samples = scratch.squares(reference, start, tolerance)?;
+        let along = match reference.bound {
+            Bound::Samples => 0.0,
+            Bound::Surface => reference.edge_squares(start, end, tolerance)?,
+        };
+        Some(at_samples + along)
     }
 
     fn move_vertices(&mut self, tolerance: f64, step: f64) -> usize {

@@ -57,7 +57,8 @@ impl Interval {
         self.squares += target * target;
     }
 
-    /// The allowed height, a multiple of `step`, of least squares; `present` where nothing tells.
+    /// An allowed height, a multiple of `step`: half-way between that of least squares and the middle of what is allowed,
+    /// which leaves room to collapses nearby; `present` where nothing tells.
     pub(crate) fn best(&self, present: f64, step: f64) -> Option<f64> {
         if self.is_empty() {
             return None;
@@ -65,12 +66,19 @@ impl Interval {
         if self.low == self.high {
             return Some(self.low);
         }
-        let wanted = if self.weights > 0.0 {
+        let fitted = if self.weights > 0.0 {
             self.weighted / self.weights
         } else {
             present
         };
-        let nearest = stepped(wanted.clamp(self.low, self.high), step);
+        let middle = self.low / 2.0 + self.high / 2.0;
+        let fitted = fitted.clamp(self.low, self.high);
+        let wanted = if middle.is_finite() {
+            (fitted + middle) / 2.0
+        } else {
+            fitted
+        };
+        let nearest = stepped(wanted, step);
         let candidates = [nearest, nearest + step, nearest - step];
         candidates
             .into_iter()
@@ -99,8 +107,24 @@ impl Interval {
             }
             self.constrain(1.0 - middle, piece.middle() - middle * end.height, 1.0);
             self.constrain(1.0 - piece.end, piece.last - piece.end * end.height, 1.0);
+            self.add_square(1.0 - piece.end, piece.last - piece.end * end.height);
+            self.add_square(1.0 - middle, piece.middle() - middle * end.height);
             passed = piece.end;
             pieces.push((piece, end.height));
         });
+    }
+
+    /// Checks a height at every point of the pieces; where it fails at a summit, constrains by that. Tells whether it
+    /// failed.
+    pub(crate) fn cut(&mut self, pieces: &[(Piece, f64)], height: f64) -> bool {
+        let mut has_failed = false;
+        for (piece, end) in pieces {
+            if piece.deviation(height, *end) > self.tolerance {
+                has_failed = true;
+                let (t, target) = piece.summit_from(height, *end);
+                self.constrain(1.0 - t, target - t * end, 1.0);
+            }
+        }
+        has_failed
     }
 }

@@ -119,6 +119,17 @@ impl Piece {
         first.max(summit).max(last)
     }
 
+    /// Where the piece differs most from an edge between two heights, away from its ends, and the surface there.
+    pub(crate) fn summit_from(&self, a: f64, b: f64) -> (f64, f64) {
+        let [first, _, last] = self.differences(a, b);
+        let t = self.summit(first, last);
+        let share = (t - self.start) / (self.end - self.start);
+        (
+            t,
+            self.first + share * (self.last - self.first) - self.bend * share * (1.0 - share),
+        )
+    }
+
     /// The surface at the middle of the piece.
     pub(crate) fn middle(&self) -> f64 {
         (self.first + self.last) / 2.0 - self.bend / 4.0
@@ -225,6 +236,20 @@ impl Reference<'_> {
             worst.include(summit, || at(piece.summit(first, last)));
         });
         worst
+    }
+
+    /// Sum of the squared differences between the edge and the surface, at the middle and the end of each piece; none
+    /// where one is beyond the tolerance.
+    pub(crate) fn edge_squares(&self, a: GridPoint, b: GridPoint, tolerance: f64) -> Option<f64> {
+        let (mut squares, mut is_within) = (0.0, true);
+        self.visit_pieces(a.grid, b.grid, |piece| {
+            let at = |t: f64| a.height + t * (b.height - a.height);
+            let middle = piece.middle() - at((piece.start + piece.end) / 2.0);
+            let last = piece.last - at(piece.end);
+            squares += middle * middle + last * last;
+            is_within &= piece.deviation(a.height, b.height) <= tolerance;
+        });
+        is_within.then_some(squares)
     }
 
     /// Calls `visit` with each piece of the edge `a → b` in a valid cell, or on the side of one.

@@ -28,6 +28,9 @@ use crate::reference::{Bound, GridPoint, Piece, Reference};
 use crate::samples::{Sample, SampleLists};
 use crate::surface::Surface;
 
+/// Heights tried for one place: where one fails between the points that constrained it, that place is a constraint, too.
+const CUTS: usize = 4;
+
 /// What a vertex may do in a collapse.
 ///
 /// | kind | as blue, into | as red | reason |
@@ -578,11 +581,12 @@ impl<'a> Simplifier<'a> {
         }
         fan.add_squares(samples, &mut interval);
         fan.add_squares(others, &mut interval);
-        let height = interval.best(ring.points[0].height, self.shape.height_step)?;
-        let holds = pieces
-            .iter()
-            .all(|(piece, end)| piece.deviation(height, *end) <= interval.tolerance);
-        holds.then(|| Place {
+        let height = (0..CUTS).find_map(|_| {
+            let height = interval.best(ring.points[0].height, self.shape.height_step)?;
+            let is_cut = interval.cut(pieces, height);
+            (!is_cut).then_some(height)
+        })?;
+        Some(Place {
             plan,
             point: GridPoint { grid, height },
             squares: interval.squares_at(height),
