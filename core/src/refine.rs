@@ -65,6 +65,10 @@ impl Frame {
     }
 }
 
+fn edges_of(triangle: u32) -> [u32; 3] {
+    [3 * triangle, 3 * triangle + 1, 3 * triangle + 2]
+}
+
 fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
     let on = |p: f64, q: f64| p == q && lines.contains(&p);
     on(a.x, b.x) || on(a.y, b.y)
@@ -74,10 +78,10 @@ fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
 pub fn refine(surface: &mut Surface, refinement: Refinement) {
     let suspects = surface.triangles().map(|(triangle, _)| triangle).collect();
     let mut refiner = Refiner {
+        is_suspect: vec![true; surface.connectivity.triangle_slots() as usize],
         surface,
         refinement,
         suspects,
-        is_suspect: Vec::new(),
         unsettled: Vec::new(),
     };
     while refiner.round() {}
@@ -87,7 +91,7 @@ struct Refiner<'a, 'b> {
     surface: &'a mut Surface<'b>,
     refinement: Refinement,
     suspects: Vec<u32>,
-    /// For each triangle whether it is among the suspects of the next round.
+    /// For each triangle whether it is among them.
     is_suspect: Vec<bool>,
     /// Edges that may have to be flipped.
     unsettled: Vec<u32>,
@@ -97,18 +101,14 @@ impl Refiner<'_, '_> {
     /// Tells whether anything was inserted.
     fn round(&mut self) -> bool {
         let suspects = std::mem::take(&mut self.suspects);
-        self.is_suspect.clear();
-        self.is_suspect
-            .resize(self.surface.connectivity.triangle_slots() as usize, false);
-        let mut strayed = Vec::new();
-        for triangle in suspects {
+        let strayed = |triangle: u32| {
             let worst = self.worst(triangle);
-            if worst.size > self.refinement.tolerance {
-                strayed.push((triangle, worst.at));
-            }
-        }
+            (worst.size > self.refinement.tolerance).then_some((triangle, worst.at))
+        };
+        let strayed: Vec<(u32, DVec2)> = suspects.into_iter().filter_map(strayed).collect();
+        self.is_suspect.fill(false);
         let mut has_new_vertex = false;
-        for &(triangle, at) in &strayed {
+        for (triangle, at) in strayed {
             if !self.is_suspect[triangle as usize] {
                 has_new_vertex |= self.mend(triangle, at);
                 self.suspect(triangle);
@@ -127,40 +127,52 @@ impl Refiner<'_, '_> {
 
     /// Inserts the sample next to a place before the place itself, since that is where the surface bends.
     fn mend(&mut self, triangle: u32, worst: DVec2) -> bool {
-        let is_new = self.insert_at(triangle, worst.round()) || self.insert_at(triangle, worst);
-        is_new || {
-            let (others, tolerance) = (self.deviations(triangle), self.refinement.tolerance);
-            let mut strayed = others.into_iter().flatten().filter(|found| found.size > tolerance);
-            strayed.any(|found| self.insert_at(triangle, found.at.round()) || self.insert_at(triangle, found.at))
-        }
+        let mut places = vec![worst];
+        let strayed = edges_of(triangle).map(|edge| self.along(edge));
+        places.extend(
+            strayed
+                .iter()
+                .filter(|found| found.size > self.refinement.tolerance)
+                .map(|found| found.at),
+        );
+        let mut tries = places.into_iter().flat_map(|place| [place.round(), place]);
+        tries.any(|place| self.insert_at(triangle, place))
     }
 
+    /// The worst of a triangle at samples or, if it holds there, along its edges; an edge between two suspects counts for
+    /// one of them.
     fn worst(&self, triangle: u32) -> Deviation {
-        self.deviations(triangle)
+        let Some(corners) = self.surface.connectivity.corners(triangle) else {
+            return Deviation::NONE;
+        };
+        let points = corners.map(|corner| self.surface.point(corner));
+        let at_samples = self.surface.reference.triangle_deviation(points);
+        if at_samples.size > self.refinement.tolerance {
+            return at_samples;
+        }
+        let is_counted = |&edge: &u32| {
+            let twin = self.surface.connectivity.twin(edge);
+            twin == NONE || twin > edge || !self.is_suspect[twin as usize / 3]
+        };
+        let along = edges_of(triangle)
             .into_iter()
-            .flatten()
-            .fold(Deviation::NONE, Deviation::or)
+            .filter(is_counted)
+            .map(|edge| self.along(edge));
+        along.fold(at_samples, Deviation::or)
     }
 
-    /// The worst of a triangle at samples, and along each of its edges that count.
-    fn deviations(&self, triangle: u32) -> [Option<Deviation>; 4] {
-        let Some(corners) = self.surface.connectivity.corners(triangle) else {
-            return [None; 4];
-        };
-        let [a, b, c] = corners.map(|corner| self.surface.point(corner));
-        let reference = self.surface.reference;
-        let along = |edge: usize, from: GridPoint, to: GridPoint| {
-            let [start, end] =
-                [corners[edge], corners[(edge + 1) % 3]].map(|vertex| self.surface.plan[vertex as usize]);
-            let is_given = self.refinement.frame.is_some_and(|frame| frame.along_side(start, end));
-            (reference.bound == Bound::Surface && !is_given).then(|| reference.edge_deviation(from, to))
-        };
-        [
-            Some(reference.triangle_deviation([a, b, c])),
-            along(0, a, b),
-            along(1, b, c),
-            along(2, c, a),
-        ]
+    /// The worst along an edge, if the bound is to hold there and the edge is not given.
+    fn along(&self, edge: u32) -> Deviation {
+        let connectivity = &self.surface.connectivity;
+        let [from, to] = [connectivity.origin(edge), connectivity.end(edge)];
+        let [start, end] = [from, to].map(|vertex| self.surface.plan[vertex as usize]);
+        let is_given = self.refinement.frame.is_some_and(|frame| frame.along_side(start, end));
+        if self.surface.reference.bound == Bound::Samples || is_given {
+            return Deviation::NONE;
+        }
+        self.surface
+            .reference
+            .edge_deviation(self.surface.point(from), self.surface.point(to))
     }
 
     /// Inserts a vertex at a place of the grid, if none is there and it belongs to the surface.
