@@ -14,7 +14,7 @@ pub(crate) fn next(edge: u32) -> u32 {
 
 /// The half-edge before it in its triangle.
 pub(crate) fn previous(edge: u32) -> u32 {
-    if edge % 3 == 0 { edge + 2 } else { edge - 1 }
+    if edge.is_multiple_of(3) { edge + 2 } else { edge - 1 }
 }
 
 /// Triangles as half-edges.
@@ -29,8 +29,8 @@ pub(crate) struct Connectivity {
 
 impl Connectivity {
     /// Connects triangles that are an oriented manifold, edge by edge. Of a vertex with several fans one is kept.
-    pub(crate) fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
-        let origins = triangles.as_flattened().to_vec();
+    pub(crate) fn new(vertex_count: usize, triangles: Vec<[u32; 3]>) -> Self {
+        let origins = triangles.into_flattened();
         let mut connectivity = Self {
             twins: vec![NONE; origins.len()],
             leaving: vec![NONE; vertex_count],
@@ -48,23 +48,25 @@ impl Connectivity {
 
     /// Twins by counting sort on the vertex where half-edges begin.
     fn pair_twins(&mut self, vertex_count: usize) {
-        let mut starts = vec![0_u32; vertex_count + 1];
+        // Where each vertex's half-edges end, counted down to where they begin while they are put there.
+        let mut places = vec![0_u32; vertex_count + 1];
         for &origin in &self.origins {
-            starts[origin as usize + 1] += 1;
+            places[origin as usize] += 1;
         }
-        for vertex in 0..vertex_count {
-            starts[vertex + 1] += starts[vertex];
+        let mut total = 0;
+        for place in &mut places {
+            total += *place;
+            *place = total;
         }
-        let mut places = starts.clone();
         let mut sorted = vec![0_u32; self.origins.len()];
-        for edge in 0..self.origins.len() as u32 {
+        for edge in (0..self.origins.len() as u32).rev() {
             let place = &mut places[self.origin(edge) as usize];
+            *place -= 1;
             sorted[*place as usize] = edge;
-            *place += 1;
         }
         for edge in 0..self.origins.len() as u32 {
             let (from, to) = (self.origin(edge), self.end(edge) as usize);
-            let back = &sorted[starts[to] as usize..starts[to + 1] as usize];
+            let back = &sorted[places[to] as usize..places[to + 1] as usize];
             if let Some(&twin) = back.iter().find(|&&other| self.end(other) == from) {
                 self.twins[edge as usize] = twin;
             }

@@ -6,7 +6,7 @@ use super::*;
 fn grid() -> Connectivity {
     let cell = |a: u32| [[a, a + 1, a + 4], [a, a + 4, a + 3]];
     let triangles: Vec<[u32; 3]> = [0, 1, 3, 4].into_iter().flat_map(cell).collect();
-    Connectivity::new(9, &triangles)
+    Connectivity::new(9, triangles)
 }
 
 fn around(connectivity: &Connectivity, vertex: u32) -> Vec<u32> {

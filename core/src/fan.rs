@@ -48,20 +48,20 @@ struct Seat {
 
 impl Fan {
     /// Spreads the fan from `centre` over the points of `ring`: a triangle from each to the next and, if it `is_closed`,
-    /// from the last to the first. Tells whether all are counter-clockwise.
+    /// from the last to the first. Tells whether all are counter-clockwise on the grid; where a map projection bends long
+    /// straight lines, a triangle that is in plan may not be, and no sample is seen in it.
     pub(crate) fn spread(&mut self, reference: &Reference, centre: DVec2, ring: &[GridPoint], is_closed: bool) -> bool {
         self.centre = centre;
         self.curvature = reference.curvature_at(centre.y);
         self.mirror = DVec2::new(reference.plan.handedness(), 1.0);
         self.is_closed = is_closed;
         self.corners.clear();
+        let mut is_upright = true;
         for point in ring.iter().chain(ring.first().filter(|_| is_closed)) {
             let offset = (point.grid - centre) * self.mirror;
             if let Some(before) = self.corners.last_mut() {
                 before.area = before.offset.perp_dot(offset);
-                if before.area <= 0.0 {
-                    return false;
-                }
+                is_upright &= before.area > 0.0;
             }
             let height = point.height - self.curvature.dot(offset * offset);
             self.corners.push(Corner {
@@ -70,7 +70,7 @@ impl Fan {
                 area: 0.0,
             });
         }
-        self.corners.len() > 1
+        is_upright
     }
 
     /// Constrains the centre's height by samples, those under the fan. Where no height is left the sample at fault comes
@@ -133,26 +133,30 @@ impl Fan {
                 sector = if sector > 0 { sector } else { count } - 1;
             } else if first < 0.0 {
                 sector = if sector + 1 < count { sector + 1 } else { 0 };
-            } else {
+            } else if self.corners[sector].area > 0.0 {
                 return Some(Seat { sector, first, second });
+            } else {
+                break;
             }
         }
         self.nearest_seat(offset)
     }
 
-    /// The triangle that a point is least outside of, where rounding puts it beside its own; none if it is further off.
+    /// The triangle that a point is least outside of, where rounding or the bend of a map projection puts it beside its
+    /// own; none if it is further off, and nothing else is there.
     #[cold]
     fn nearest_seat(&self, offset: DVec2) -> Option<Seat> {
         let outside = |seat: &Seat| {
             let reach = |corner: usize| ON_A_LINE * self.corners[corner].offset.abs().element_sum();
             (-seat.second - reach(seat.sector)).max(-seat.first - reach(seat.sector + 1))
         };
-        let seats = (0..self.corners.len() - 1).map(|sector| Seat {
+        let upright = (0..self.corners.len() - 1).filter(|&sector| self.corners[sector].area > 0.0);
+        let seats = upright.map(|sector| Seat {
             sector,
             first: offset.perp_dot(self.corners[sector + 1].offset),
             second: self.corners[sector].offset.perp_dot(offset),
         });
         let nearest = seats.min_by(|a, b| outside(a).total_cmp(&outside(b)))?;
-        (outside(&nearest) <= 0.0).then_some(nearest)
+        (self.is_closed || outside(&nearest) <= 0.0).then_some(nearest)
     }
 }

@@ -125,18 +125,30 @@ impl Refiner<'_, '_> {
         }
     }
 
-    /// Inserts the sample next to a place before the place itself, since that is where the surface bends.
+    /// Inserts the sample next to the worst place before the place itself, since that is where the surface bends. Where
+    /// vertices are there already it does so along edges that stray, and at last on the edges themselves.
     fn mend(&mut self, triangle: u32, worst: DVec2) -> bool {
-        let mut places = vec![worst];
-        let strayed = edges_of(triangle).map(|edge| self.along(edge));
-        places.extend(
-            strayed
-                .iter()
-                .filter(|found| found.size > self.refinement.tolerance)
-                .map(|found| found.at),
-        );
-        let mut tries = places.into_iter().flat_map(|place| [place.round(), place]);
-        tries.any(|place| self.insert_at(triangle, place))
+        if self.insert_at(triangle, worst.round()) || self.insert_at(triangle, worst) {
+            return true;
+        }
+        let tolerance = self.refinement.tolerance;
+        let along = edges_of(triangle).map(|edge| (edge, self.along(edge)));
+        let mut strayed = along.into_iter().filter(|(_, found)| found.size > tolerance);
+        strayed.any(|(edge, found)| {
+            let on_edge = self.on_edge(edge, self.surface.reference.plan.plan(found.at));
+            self.insert_at(triangle, found.at.round())
+                || self.insert_at(triangle, found.at)
+                || self.insert(triangle, on_edge)
+        })
+    }
+
+    /// The place on an edge in plan that is nearest to another one.
+    fn on_edge(&self, edge: u32, plan: DVec2) -> DVec2 {
+        let connectivity = &self.surface.connectivity;
+        let [from, to] =
+            [connectivity.origin(edge), connectivity.end(edge)].map(|vertex| self.surface.plan[vertex as usize]);
+        let along = to - from;
+        from + along * ((plan - from).dot(along) / along.length_squared())
     }
 
     /// The worst of a triangle at samples or, if it holds there, along its edges; an edge between two suspects counts for
@@ -175,11 +187,17 @@ impl Refiner<'_, '_> {
             .edge_deviation(self.surface.point(from), self.surface.point(to))
     }
 
-    /// Inserts a vertex at a place of the grid, if none is there and it belongs to the surface.
     fn insert_at(&mut self, triangle: u32, grid: DVec2) -> bool {
+        self.insert(triangle, self.surface.reference.plan.plan(grid))
+    }
+
+    /// Inserts a vertex at the whole plan position next to a place, if none is there and it belongs to the surface.
+    fn insert(&mut self, triangle: u32, place: DVec2) -> bool {
         let reference = self.surface.reference;
-        let rounded = reference.plan.plan(grid).round();
-        let plan = self.refinement.frame.map_or(rounded, |frame| frame.push_in(rounded));
+        let plan = self
+            .refinement
+            .frame
+            .map_or(place.round(), |frame| frame.push_in(place.round()));
         let grid = reference.plan.grid(plan);
         let Some((edge, is_on_edge)) = self.locate(triangle, plan) else {
             return false;

@@ -83,7 +83,7 @@ pub struct Shape {
 /// How much work goes into few triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
-    /// Collapses keep the red vertex where it is; blocked vertices are tried once.
+    /// Collapses keep the red vertex where it is; three neighbours of each vertex are tried, once.
     Fast,
     /// The red vertex may go to the middle of the edge.
     Default,
@@ -98,6 +98,14 @@ impl Quality {
             Self::Fast => &[0.0],
             Self::Default => &[0.0, 0.5],
             Self::Best => &[0.0, 0.5, 0.25],
+        }
+    }
+
+    /// Into how many of its neighbours, the nearest first, a vertex is tried to collapse.
+    fn neighbours(self) -> usize {
+        match self {
+            Self::Fast => 3,
+            Self::Default | Self::Best => usize::MAX,
         }
     }
 }
@@ -117,8 +125,6 @@ pub struct Simplifier<'a> {
     touched: Vec<u32>,
     round: u32,
     pub(crate) scratch: Scratch,
-    /// exp
-    pub fitted: usize,
 }
 
 /// What one candidate after the other needs, kept so that none allocates.
@@ -224,7 +230,6 @@ impl<'a> Simplifier<'a> {
             log: CollapseLog::default(),
             round: 0,
             scratch: Scratch::default(),
-            fitted: 0,
         }
     }
 
@@ -292,6 +297,12 @@ impl<'a> Simplifier<'a> {
         &self.log
     }
 
+    /// Rounds so far: each is at most one level of the Surface Partition.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        self.round
+    }
+
     /// The surface as it is now.
     #[must_use]
     pub fn surface(&self) -> &Surface<'a> {
@@ -343,6 +354,7 @@ impl<'a> Simplifier<'a> {
         self.gather_around(blue, &mut scratch.samples);
         let mut nearest_first = std::mem::take(&mut scratch.nearest_first);
         self.sort_by_distance(blue, &scratch.around_blue, &mut nearest_first);
+        nearest_first.truncate(self.quality.neighbours());
         let chosen = nearest_first.iter().find_map(|&(_, red, index)| {
             let edge = self.edge(blue, red, index, scratch);
             let is_allowed = filters::kinds_allow(&self.surface, &self.kinds, edge);
@@ -419,15 +431,7 @@ impl<'a> Simplifier<'a> {
         let only = keeps_height.then(|| self.surface.points[red as usize].height);
         let place = (0..self.quality.places().len()).find_map(|number| {
             let (plan, grid) = self.place(edge, number)?;
-            self.fitted += 1;
-            if !scratch.fan.spread(
-                self.surface.reference,
-                grid,
-                &scratch.ring.points,
-                scratch.ring.is_closed,
-            ) {
-                return None;
-            }
+            scratch.spread(self.surface.reference, plan, grid).then_some(())?;
             let mut interval = Interval::new(allowance.vertical, only);
             scratch.fan.constrain(&mut scratch.samples, &mut interval);
             if interval.is_empty() {
@@ -536,14 +540,7 @@ impl<'a> Simplifier<'a> {
     /// The best height of a vertex at a place inside the ring, over all samples under it, if one is allowed.
     pub(crate) fn fit(&self, plan: DVec2, grid: DVec2, tolerance: f64, scratch: &mut Scratch) -> Option<Place> {
         let mut interval = Interval::new(tolerance, None);
-        if !scratch.fan.spread(
-            self.surface.reference,
-            grid,
-            &scratch.ring.points,
-            scratch.ring.is_closed,
-        ) {
-            return None;
-        }
+        scratch.spread(self.surface.reference, plan, grid).then_some(())?;
         scratch.others.clear();
         scratch.fan.constrain(&mut scratch.samples, &mut interval);
         self.settle(plan, grid, interval, self.shape.least_altitude, scratch)
@@ -612,6 +609,7 @@ impl<'a> Simplifier<'a> {
         self.outline_strayed = self.outline_strayed.max(strays);
         if strays > 0.0 {
             scratch.samples.clear();
+            self.surround_vertex(red, scratch);
             self.gather_under(place.point.grid, scratch);
         }
         self.lay_samples(red, scratch);
@@ -634,9 +632,9 @@ impl<'a> Simplifier<'a> {
         self.surround_vertex(vertex, scratch);
         let Scratch { ring, fan, samples, .. } = scratch;
         let centre = self.surface.points[vertex as usize].grid;
-        let is_spread = fan.spread(self.surface.reference, centre, &ring.points, ring.is_closed);
+        fan.spread(self.surface.reference, centre, &ring.points, ring.is_closed);
         let mut at = 0;
-        for sample in samples.iter().filter(|_| is_spread) {
+        for sample in samples.iter() {
             if let Some(sector) = fan.sector_of(sample, at) {
                 at = sector;
                 if let Some(edge) = self.surface.connectivity.leaving(vertex).nth(sector) {
@@ -656,12 +654,17 @@ impl<'a> Simplifier<'a> {
 }
 
 impl Scratch {
+    /// Spreads the fan from a place over the ring, if all its triangles are counter-clockwise in plan.
+    fn spread(&mut self, reference: &Reference, plan: DVec2, grid: DVec2) -> bool {
+        let is_upright = self.fan.spread(reference, grid, &self.ring.points, self.ring.is_closed);
+        is_upright || self.ring.is_seen_from(plan, 0.0)
+    }
+
     /// Sum of the squared differences under the ring, seen from a point; none where one is beyond the tolerance.
     pub(crate) fn squares(&mut self, reference: &Reference, centre: GridPoint, tolerance: f64) -> Option<f64> {
         let mut interval = Interval::new(tolerance, Some(centre.height));
         self.fan
-            .spread(reference, centre.grid, &self.ring.points, self.ring.is_closed)
-            .then_some(())?;
+            .spread(reference, centre.grid, &self.ring.points, self.ring.is_closed);
         self.fan.constrain(&mut self.samples, &mut interval);
         if interval.is_empty() {
             return None;

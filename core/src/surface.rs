@@ -6,6 +6,9 @@ use crate::connectivity::{Connectivity, NONE};
 use crate::mesh::{Mesh, plan_orientation};
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
 
+/// Cells of the Morton curve in a cell of the grid.
+const MORTON_CELLS: f64 = 16.0;
+
 /// A mesh over a reference surface.
 #[derive(Clone, Debug)]
 pub struct Surface<'a> {
@@ -28,7 +31,7 @@ impl<'a> Surface<'a> {
         };
         Self {
             reference,
-            connectivity: Connectivity::new(plan.len(), &mesh.triangles),
+            connectivity: Connectivity::new(plan.len(), mesh.triangles.clone()),
             points: plan.iter().zip(mesh.positions.iter().map(|p| p.z)).map(point).collect(),
             plan,
         }
@@ -57,34 +60,45 @@ impl<'a> Surface<'a> {
     /// Renumbers vertices and triangles so that neighbours in plan are neighbours in memory, along a Morton curve.
     #[must_use]
     pub fn in_memory_order(self) -> Self {
-        let bits = |x: f64| {
-            let mut x = (x as u64) & 0xffff_ffff;
-            x = (x | (x << 16)) & 0x0000_ffff_0000_ffff;
-            x = (x | (x << 8)) & 0x00ff_00ff_00ff_00ff;
-            x = (x | (x << 4)) & 0x0f0f_0f0f_0f0f_0f0f;
-            x = (x | (x << 2)) & 0x3333_3333_3333_3333;
-            (x | (x << 1)) & 0x5555_5555_5555_5555
-        };
-        let mut order: Vec<(u64, u32)> = (0..self.plan.len() as u32)
-            .filter(|&v| self.connectivity.is_live(v))
-            .map(|v| {
-                let g = self.points[v as usize].grid * 16.0;
-                (bits(g.x) | (bits(g.y) << 1), v)
-            })
+        let order = self.morton_order();
+        let mut numbers = vec![u32::MAX; self.plan.len()];
+        for (number, &vertex) in (0..).zip(&order) {
+            numbers[vertex as usize] = number;
+        }
+        let Self {
+            reference,
+            connectivity,
+            plan,
+            points,
+        } = self;
+        let live = (0..connectivity.triangle_slots()).filter_map(|triangle| connectivity.corners(triangle));
+        let mut triangles: Vec<[u32; 3]> = live
+            .map(|corners| corners.map(|corner| numbers[corner as usize]))
             .collect();
-        order.sort_unstable();
-        let mut numbers = vec![0_u32; self.plan.len()];
-        for (n, &(_, v)) in (0_u32..).zip(&order) {
-            numbers[v as usize] = n;
-        }
-        let mut triangles: Vec<[u32; 3]> = self.triangles().map(|(_, c)| c.map(|c| numbers[c as usize])).collect();
-        triangles.sort_unstable_by_key(|t| t[0].min(t[1]).min(t[2]));
+        // What is done with goes before the next is made: this is where a surface needs most memory.
+        drop((connectivity, numbers));
+        triangles.sort_unstable_by_key(|&[a, b, c]| a.min(b).min(c));
+        let plan = order.iter().map(|&vertex| plan[vertex as usize]).collect();
+        let points = order.iter().map(|&vertex| points[vertex as usize]).collect();
+        let connectivity = Connectivity::new(order.len(), triangles);
         Self {
-            reference: self.reference,
-            plan: order.iter().map(|&(_, v)| self.plan[v as usize]).collect(),
-            points: order.iter().map(|&(_, v)| self.points[v as usize]).collect(),
-            connectivity: Connectivity::new(order.len(), &triangles),
+            reference,
+            connectivity,
+            plan,
+            points,
         }
+    }
+
+    /// Live vertices along a Morton curve through a fine grid.
+    fn morton_order(&self) -> Vec<u32> {
+        let code = |vertex: u32| {
+            let place = self.point(vertex).grid.max(DVec2::ZERO) * MORTON_CELLS;
+            interleaved(place.x as u32) | (interleaved(place.y as u32) << 1)
+        };
+        let live = (0..self.plan.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex));
+        let mut coded: Vec<(u64, u32)> = live.map(|vertex| (code(vertex), vertex)).collect();
+        coded.sort_unstable();
+        coded.into_iter().map(|(_, vertex)| vertex).collect()
     }
 
     /// Triangles with their numbers.
@@ -143,4 +157,18 @@ impl<'a> Surface<'a> {
 /// Positive where the three plan positions turn left, exactly.
 pub(crate) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     plan_orientation(a.extend(0.0), b.extend(0.0), c.extend(0.0))
+}
+
+/// The bits of a number, each with a 0 before it.
+fn interleaved(number: u32) -> u64 {
+    const STEPS: [(u32, u64); 5] = [
+        (16, 0x0000_ffff_0000_ffff),
+        (8, 0x00ff_00ff_00ff_00ff),
+        (4, 0x0f0f_0f0f_0f0f_0f0f),
+        (2, 0x3333_3333_3333_3333),
+        (1, 0x5555_5555_5555_5555),
+    ];
+    STEPS.iter().fold(u64::from(number), |bits, &(shift, mask)| {
+        (bits | (bits << shift)) & mask
+    })
 }
