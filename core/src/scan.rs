@@ -134,6 +134,9 @@ impl Inside {
 /// Whole numbers from `low` to `high`, within rounding, that are indices below `count`.
 #[inline]
 pub(crate) fn whole_numbers(low: f64, high: f64, count: usize) -> Range<usize> {
+    if low > high {
+        return 0..0;
+    }
     // Truncation is many times faster than `ceil` and `floor` where the processor has no instruction for them.
     let first = (low - ON_A_LINE).max(-0.5);
     let begin = first as usize + usize::from(first > (first as usize) as f64);

@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use geo::{Area, Coord, LineString, Polygon};
 use tempfile::TempDir;
 use terrain_core::reference::Bound;
+use terrain_core::simplify::Quality;
 use terrain_ingest::verify::ArchiveReport;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
@@ -182,6 +183,7 @@ fn one_mesh_keeps_its_error_at_the_samples_where_that_is_what_was_asked() {
     let options = tin::Options {
         max_error: 20.0,
         bound: Bound::Samples,
+        quality: Quality::Default,
     };
     let report = tin::run(&SAMPLE.grid, &options, &output, &Progress::silent()).unwrap();
     let measured = verify::mesh(&output, &SAMPLE.grid, None).unwrap();
