@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::connectivity::Connectivity;
+use crate::half_edges::HalfEdges;
 use crate::simplify::{Edge, VertexKind};
 use crate::surface::Surface;
 
@@ -23,7 +23,7 @@ pub(crate) fn kinds_allow(surface: &Surface, kinds: &[VertexKind], edge: Edge) -
 /// The link condition with its boundary part (T. Dey et al., *Topology preserving edge contraction*, 1999): endpoints
 /// share no neighbour but those of the edge's own triangles, no interior edge joins two vertices of the boundary, and
 /// the last triangle stays.
-pub(crate) fn link_allows(connectivity: &Connectivity, edge: Edge, around_blue: &[u32], around_red: &[u32]) -> bool {
+pub(crate) fn link_allows(connectivity: &HalfEdges, edge: Edge, around_blue: &[u32], around_red: &[u32]) -> bool {
     let shared = around_blue.iter().filter(|vertex| around_red.contains(vertex)).count();
     let triangles = if edge.is_on_boundary { 1 } else { 2 };
     let pinches = !edge.is_on_boundary && connectivity.is_boundary(edge.blue) && connectivity.is_boundary(edge.red);

@@ -9,8 +9,8 @@
 
 use glam::DVec2;
 
-use crate::connectivity::NONE;
 use crate::filters::is_upright;
+use crate::half_edges::NONE;
 use crate::reference::Bound;
 use crate::simplify::{Allowance, Place, Quality, Scratch, Simplifier, VertexKind};
 

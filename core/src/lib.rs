@@ -15,9 +15,9 @@
 
 pub mod chain;
 pub mod collapse_log;
-mod connectivity;
 mod fan;
 mod filters;
+mod half_edges;
 mod improve;
 mod interval;
 pub mod mesh;

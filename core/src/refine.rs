@@ -16,7 +16,7 @@
 
 use glam::DVec2;
 
-use crate::connectivity::{NONE, next, previous};
+use crate::half_edges::{NONE, next, previous};
 use crate::reference::{Bound, Deviation, GridPoint};
 use crate::surface::Surface;
 use crate::triangulate::stepped;

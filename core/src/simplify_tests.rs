@@ -254,7 +254,7 @@ fn highest_level(mesh: &Mesh, log: &CollapseLog) -> u32 {
 
 /// Whether the link condition lets `blue` collapse into `red`.
 fn link_allows(triangles: Vec<[u32; 3]>, blue: u32, red: u32) -> bool {
-    let connectivity = crate::connectivity::Connectivity::new(6, triangles);
+    let connectivity = crate::half_edges::HalfEdges::new(6, triangles);
     let (mut around_blue, mut around_red) = (Vec::new(), Vec::new());
     connectivity.ring(blue, &mut around_blue);
     connectivity.ring(red, &mut around_red);

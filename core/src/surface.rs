@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::connectivity::{Connectivity, NONE};
+use crate::half_edges::{HalfEdges, NONE};
 use crate::mesh::{Mesh, plan_orientation};
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
 
@@ -13,7 +13,7 @@ const MORTON_CELLS: f64 = 16.0;
 #[derive(Clone, Debug)]
 pub struct Surface<'a> {
     pub(crate) reference: &'a Reference<'a>,
-    pub(crate) connectivity: Connectivity,
+    pub(crate) connectivity: HalfEdges,
     /// Plan coordinates.
     pub(crate) plan: Vec<DVec2>,
     /// Where they are on the grid, and metres.
@@ -31,7 +31,7 @@ impl<'a> Surface<'a> {
         };
         Self {
             reference,
-            connectivity: Connectivity::new(plan.len(), mesh.triangles.clone()),
+            connectivity: HalfEdges::new(plan.len(), mesh.triangles.clone()),
             points: plan.iter().zip(mesh.positions.iter().map(|p| p.z)).map(point).collect(),
             plan,
         }
@@ -80,7 +80,7 @@ impl<'a> Surface<'a> {
         triangles.sort_unstable_by_key(|&[a, b, c]| a.min(b).min(c));
         let plan = order.iter().map(|&vertex| plan[vertex as usize]).collect();
         let points = order.iter().map(|&vertex| points[vertex as usize]).collect();
-        let connectivity = Connectivity::new(order.len(), triangles);
+        let connectivity = HalfEdges::new(order.len(), triangles);
         Self {
             reference,
             connectivity,

@@ -1,4 +1,5 @@
-//! Which triangle meets which: half-edges by arithmetic, in three flat arrays, and the four edits of a triangulation.
+//! Which triangle meets which in a manifold: half-edges by arithmetic, in three flat arrays, and the four edits of a
+//! triangulation.
 //!
 //! Half-edge `3t + i` runs from corner `i` of triangle `t` to the next one, counter-clockwise; its *twin* runs the
 //! other way in the triangle across, or is [`NONE`] on the boundary. Every vertex knows one half-edge that leaves it;
@@ -19,7 +20,7 @@ pub(crate) fn previous(edge: u32) -> u32 {
 
 /// Triangles as half-edges.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Connectivity {
+pub(crate) struct HalfEdges {
     /// Where each half-edge begins; [`NONE`] in removed triangles.
     origins: Vec<u32>,
     twins: Vec<u32>,
@@ -27,7 +28,7 @@ pub(crate) struct Connectivity {
     leaving: Vec<u32>,
 }
 
-impl Connectivity {
+impl HalfEdges {
     /// Connects triangles that are an oriented manifold, edge by edge. Of a vertex with several fans one is kept.
     pub(crate) fn new(vertex_count: usize, triangles: Vec<[u32; 3]>) -> Self {
         let origins = triangles.into_flattened();
@@ -335,7 +336,7 @@ impl Connectivity {
 
 /// Walks around a vertex, counter-clockwise.
 pub(crate) struct Leaving<'a> {
-    connectivity: &'a Connectivity,
+    connectivity: &'a HalfEdges,
     first: u32,
     next: u32,
 }
@@ -355,5 +356,5 @@ impl Iterator for Leaving<'_> {
 }
 
 #[cfg(test)]
-#[path = "connectivity_tests.rs"]
+#[path = "half_edges_tests.rs"]
 mod tests;

@@ -3,20 +3,20 @@
 use super::*;
 
 /// 3 × 3 vertices, numbered row by row, each cell cut from its first to its last corner.
-fn grid() -> Connectivity {
+fn grid() -> HalfEdges {
     let cell = |a: u32| [[a, a + 1, a + 4], [a, a + 4, a + 3]];
     let triangles: Vec<[u32; 3]> = [0, 1, 3, 4].into_iter().flat_map(cell).collect();
-    Connectivity::new(9, triangles)
+    HalfEdges::new(9, triangles)
 }
 
-fn around(connectivity: &Connectivity, vertex: u32) -> Vec<u32> {
+fn around(connectivity: &HalfEdges, vertex: u32) -> Vec<u32> {
     let mut ring = Vec::new();
     connectivity.ring(vertex, &mut ring);
     ring
 }
 
 /// Every invariant: twins are mutual and run against each other, and a walk around a vertex sees all its triangles.
-fn check(connectivity: &Connectivity) {
+fn check(connectivity: &HalfEdges) {
     let mut stars = vec![0; connectivity.leaving.len()];
     for triangle in 0..connectivity.triangle_slots() {
         let Some(corners) = connectivity.corners(triangle) else {
