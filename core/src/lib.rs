@@ -14,9 +14,11 @@
 #![forbid(unsafe_code)]
 
 pub mod chain;
+pub mod clustering;
 pub mod collapse_log;
 mod filters;
 pub mod mesh;
+pub mod multilevel;
 mod outline;
 pub mod partition;
 pub mod plan;
