@@ -9,22 +9,39 @@
 //!
 //! | paper section | module |
 //! | --- | --- |
-//! | Surface Partitions §2.1 representatives, §2.2 levels, §2.3 moving red vertices | [`partition`] |
-//! | Surface Partitions §2.4 collapse logs of any simplifier | [`collapse_log`] |
+//! | Surface Partitions §1.1 stars, 2-manifolds | [`connectivity`], [`manifold`] |
+//! | Surface Partitions §2.1 representatives, §2.2 levels | [`replay`], [`partition`] |
+//! | Surface Partitions §2.2 changing the level, path compression | [`level_view`] |
+//! | Surface Partitions §2.3 moving red vertices, attributes | [`attribute`] |
+//! | Surface Partitions §2.4 collapse logs of any simplifier | [`collapse_log`], [`collapse_list`] |
+//! | Surface Partitions §3 graph of the collapses | [`dag`] |
+//! | Surface Partitions §3 local levels of detail, queues | [`adaptive_surface`], [`refinement_queues`], [`view_error`] |
 #![forbid(unsafe_code)]
 
+pub mod adaptive_surface;
+pub mod attribute;
 pub mod chain;
 pub mod clustering;
+pub mod collapse_list;
 pub mod collapse_log;
+pub mod compressed_rows;
+pub mod connectivity;
+pub mod dag;
 mod filters;
+mod index_set;
+pub mod level_view;
+pub mod manifold;
 pub mod mesh;
 pub mod multilevel;
 mod outline;
 pub mod partition;
 pub mod plan;
 pub mod reference;
+pub mod refinement_queues;
+pub mod replay;
 pub mod simplify;
 pub mod triangulate;
+pub mod view_error;
 
 pub use collapse_log::{Band, Collapse, CollapseLog};
 pub use mesh::Mesh;
