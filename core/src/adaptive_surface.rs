@@ -102,7 +102,7 @@ impl AdaptiveSurface {
     /// Whether a collapse is one of [`Self::splittable`].
     #[must_use]
     pub fn can_split(&self, collapse: u32) -> bool {
-        self.front.splittable.contains(collapse)
+        self.front.status[collapse as usize].can_split()
     }
 
     /// The split collapses of which all that they need is performed, in no particular order.
@@ -114,7 +114,7 @@ impl AdaptiveSurface {
     /// Whether a collapse is one of [`Self::collapsible`].
     #[must_use]
     pub fn can_collapse(&self, collapse: u32) -> bool {
-        self.front.collapsible.contains(collapse)
+        self.front.status[collapse as usize].can_collapse()
     }
 
     /// Undoes a collapse. Where it is not [`Self::splittable`], nothing happens and false is returned.
@@ -226,6 +226,16 @@ struct Status {
     resting: u32,
 }
 
+impl Status {
+    fn can_split(self) -> bool {
+        self.is_performed && self.resting == 0
+    }
+
+    fn can_collapse(self) -> bool {
+        !self.is_performed && self.missing == 0
+    }
+}
+
 /// The status of all collapses, and which of them can change.
 #[derive(Clone, Debug)]
 struct Front {
@@ -250,30 +260,31 @@ impl Front {
         front
     }
 
+    /// Counts of one and less are where a collapse becomes possible or impossible.
     fn change(&mut self, dag: &CollapseDag, collapse: u32, is_performed: bool) {
         self.status[collapse as usize].is_performed = is_performed;
         self.sort_in(collapse);
         for &below in dag.constraints(collapse) {
             let resting = &mut self.status[below as usize].resting;
             *resting = if is_performed { *resting + 1 } else { *resting - 1 };
-            self.sort_in(below);
+            if *resting <= 1 {
+                self.sort_in(below);
+            }
         }
         for &above in dag.split_constraints(collapse) {
             let missing = &mut self.status[above as usize].missing;
             *missing = if is_performed { *missing - 1 } else { *missing + 1 };
-            self.sort_in(above);
+            if *missing <= 1 {
+                self.sort_in(above);
+            }
         }
     }
 
     /// Puts a collapse among those that can be split or performed, or takes it out.
     fn sort_in(&mut self, collapse: u32) {
-        let Status {
-            is_performed,
-            missing,
-            resting,
-        } = self.status[collapse as usize];
-        self.splittable.set(collapse, is_performed && resting == 0);
-        self.collapsible.set(collapse, !is_performed && missing == 0);
+        let status = self.status[collapse as usize];
+        self.splittable.set(collapse, status.can_split());
+        self.collapsible.set(collapse, status.can_collapse());
     }
 }
 

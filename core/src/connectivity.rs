@@ -15,29 +15,37 @@
 
 use crate::mesh::Mesh;
 
-/// Stands for no corner and no vertex.
+/// Stands for no corner.
 const NONE: u32 = u32::MAX;
 
 /// Triangles, and for each vertex those around it.
 #[derive(Clone, Debug)]
 pub struct Connectivity {
-    triangles: Vec<[u32; 3]>,
-    /// The next and the previous corner around the same vertex, for each corner.
-    next: Vec<u32>,
-    previous: Vec<u32>,
+    triangles: Vec<Triangle>,
     /// One corner at each vertex, or [`NONE`].
     first: Vec<u32>,
+}
+
+/// For each corner its vertex, and the next and the previous corner around that vertex. What is used together stands
+/// together: going through a ring is bound by memory.
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    vertices: [u32; 3],
+    next: [u32; 3],
+    previous: [u32; 3],
 }
 
 impl Connectivity {
     /// The connectivity of `mesh`, whose triangles must use its vertices only.
     #[must_use]
     pub fn new(mesh: &Mesh) -> Self {
-        let corner_count = mesh.triangles.len() * 3;
+        let unlinked = |&vertices: &[u32; 3]| Triangle {
+            vertices,
+            next: [NONE; 3],
+            previous: [NONE; 3],
+        };
         let mut connectivity = Self {
-            triangles: mesh.triangles.clone(),
-            next: vec![NONE; corner_count],
-            previous: vec![NONE; corner_count],
+            triangles: mesh.triangles.iter().map(unlinked).collect(),
             first: vec![NONE; mesh.positions.len()],
         };
         for (corner, &vertex) in (0_u32..).zip(mesh.triangles.as_flattened()) {
@@ -55,7 +63,7 @@ impl Connectivity {
     /// The vertices of a triangle; of a removed one, those that it had.
     #[must_use]
     pub fn corners(&self, triangle: u32) -> [u32; 3] {
-        self.triangles[triangle as usize]
+        self.triangles[triangle as usize].vertices
     }
 
     /// The triangles around a vertex, in no particular order.
@@ -81,7 +89,7 @@ impl Connectivity {
         moved.clear();
         moved.extend(self.ring(star.blue));
         for &corner in moved.iter() {
-            self.triangles.as_flattened_mut()[corner as usize] = star.red;
+            self.triangles[corner as usize / 3].vertices[corner as usize % 3] = star.red;
         }
         self.join_rings(star.blue, star.red);
     }
@@ -89,7 +97,7 @@ impl Connectivity {
     fn ring(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
         let first = Some(self.first[vertex as usize]).filter(|&corner| corner != NONE);
         std::iter::successors(first, move |&corner| {
-            Some(self.next[corner as usize]).filter(|&next| Some(next) != first)
+            Some(self.next(corner)).filter(|&next| Some(next) != first)
         })
     }
 
@@ -99,15 +107,15 @@ impl Connectivity {
             self.first[vertex as usize] = corner;
             self.tie(corner, corner);
         } else {
-            let last = self.previous[first as usize];
+            let last = self.previous(first);
             self.tie(last, corner);
             self.tie(corner, first);
         }
     }
 
     fn unlink(&mut self, corner: u32) {
-        let vertex = self.triangles.as_flattened()[corner as usize] as usize;
-        let (previous, next) = (self.previous[corner as usize], self.next[corner as usize]);
+        let vertex = self.triangles[corner as usize / 3].vertices[corner as usize % 3] as usize;
+        let (previous, next) = (self.previous(corner), self.next(corner));
         self.tie(previous, next);
         if self.first[vertex] == corner {
             self.first[vertex] = if next == corner { NONE } else { next };
@@ -120,32 +128,52 @@ impl Connectivity {
         if into == NONE {
             self.first[red as usize] = from;
         } else if from != NONE {
-            let (last_from, last_into) = (self.previous[from as usize], self.previous[into as usize]);
+            let (last_from, last_into) = (self.previous(from), self.previous(into));
             self.tie(last_into, from);
             self.tie(last_from, into);
         }
     }
 
     fn tie(&mut self, corner: u32, next: u32) {
-        self.next[corner as usize] = next;
-        self.previous[next as usize] = corner;
+        self.triangles[corner as usize / 3].next[corner as usize % 3] = next;
+        self.triangles[next as usize / 3].previous[next as usize % 3] = corner;
+    }
+
+    fn next(&self, corner: u32) -> u32 {
+        self.triangles[corner as usize / 3].next[corner as usize % 3]
+    }
+
+    fn previous(&self, corner: u32) -> u32 {
+        self.triangles[corner as usize / 3].previous[corner as usize % 3]
     }
 }
 
-/// One end of an edge: the triangles around it and its neighbours, counted.
-#[derive(Clone, Copy, Debug, Default)]
+/// One end of an edge: how many triangles are around it, and its neighbours, growing.
+#[derive(Clone, Debug, Default)]
 struct End {
     triangles: usize,
-    neighbours: usize,
+    neighbours: Vec<u32>,
 }
 
 impl End {
-    /// Around an inner vertex of a manifold there are as many neighbours as triangles.
-    fn is_on_boundary(self) -> bool {
-        self.triangles != self.neighbours
+    fn gather(&mut self, connectivity: &Connectivity, end: u32) {
+        self.triangles = 0;
+        self.neighbours.clear();
+        for triangle in connectivity.star(end) {
+            self.triangles += 1;
+            let corners = connectivity.corners(triangle).into_iter();
+            self.neighbours.extend(corners.filter(|&vertex| vertex != end));
+        }
+        self.neighbours.sort_unstable();
+        self.neighbours.dedup();
     }
 
-    fn is_inner_with_three_triangles(self) -> bool {
+    /// Around an inner vertex of a manifold there are as many neighbours as triangles.
+    fn is_on_boundary(&self) -> bool {
+        self.triangles != self.neighbours.len()
+    }
+
+    fn is_inner_with_three_triangles(&self) -> bool {
         self.triangles == 3 && !self.is_on_boundary()
     }
 }
@@ -173,7 +201,7 @@ pub enum LinkFault {
 /// The star of an edge: every triangle around its endpoints, looked at from the collapse `blue → red`.
 ///
 /// One is made for a whole run of collapses; gathering again reuses its memory.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct EdgeStar {
     blue: u32,
     red: u32,
@@ -181,41 +209,26 @@ pub struct EdgeStar {
     red_end: End,
     vertices: Vec<u32>,
     removed: Vec<u32>,
-    common_neighbours: usize,
-    /// For each vertex: the gathering that met it last, and from which ends.
-    marks: Vec<(u32, u8)>,
-    gathering: u32,
 }
 
-const FROM_BLUE: u8 = 1;
-const FROM_RED: u8 = 2;
-
 impl EdgeStar {
-    /// Room for the stars of a surface.
-    #[must_use]
-    pub fn new(vertex_count: usize) -> Self {
-        Self {
-            blue: NONE,
-            red: NONE,
-            blue_end: End::default(),
-            red_end: End::default(),
-            vertices: Vec::new(),
-            removed: Vec::new(),
-            common_neighbours: 0,
-            marks: vec![(0, 0); vertex_count],
-            gathering: 0,
-        }
-    }
-
     /// Looks at the edge between two different vertices.
     pub fn gather(&mut self, connectivity: &Connectivity, blue: u32, red: u32) {
         (self.blue, self.red) = (blue, red);
-        self.gathering += 1;
-        self.common_neighbours = 0;
-        self.vertices.clear();
+        self.blue_end.gather(connectivity, blue);
+        self.red_end.gather(connectivity, red);
+        let along = |&triangle: &u32| connectivity.corners(triangle).contains(&red);
         self.removed.clear();
-        self.blue_end = self.gather_end(connectivity, blue, FROM_BLUE);
-        self.red_end = self.gather_end(connectivity, red, FROM_RED);
+        self.removed.extend(connectivity.star(blue).filter(along));
+        let neighbours = &self.blue_end.neighbours;
+        let is_news = |vertex: &&u32| **vertex != blue && neighbours.binary_search(vertex).is_err();
+        self.vertices.clear();
+        self.vertices.push(blue);
+        self.vertices.extend(neighbours);
+        self.vertices.extend(self.red_end.neighbours.iter().filter(is_news));
+        if self.removed.is_empty() {
+            self.vertices.push(red);
+        }
     }
 
     /// The endpoints and all their neighbours, each once.
@@ -236,50 +249,21 @@ impl EdgeStar {
     /// # Errors
     /// What stands against the collapse.
     pub fn link_condition(&self) -> Result<(), LinkFault> {
-        let (blue, red) = (self.blue_end, self.red_end);
+        let (blue, red) = (&self.blue_end, &self.red_end);
         match self.removed.len() {
             0 => Err(LinkFault::NoEdge),
             1 if blue.triangles == 1 && red.triangles == 1 => Err(LinkFault::Last),
             2 if blue.is_on_boundary() && red.is_on_boundary() => Err(LinkFault::JoinsBoundary),
-            1 | 2 if self.common_neighbours != self.removed.len() => Err(LinkFault::CommonNeighbour),
+            1 | 2 if self.common_neighbours() != self.removed.len() => Err(LinkFault::CommonNeighbour),
             2 if blue.is_inner_with_three_triangles() && red.is_inner_with_three_triangles() => Err(LinkFault::Last),
             1 | 2 => Ok(()),
             _ => Err(LinkFault::TooManyTriangles),
         }
     }
 
-    fn gather_end(&mut self, connectivity: &Connectivity, end: u32, side: u8) -> End {
-        let other = self.blue ^ self.red ^ end;
-        let mut found = End::default();
-        self.mark(end, 0);
-        for triangle in connectivity.star(end) {
-            found.triangles += 1;
-            let corners = connectivity.corners(triangle);
-            if side == FROM_BLUE && corners.contains(&other) {
-                self.removed.push(triangle);
-            }
-            for vertex in corners {
-                if vertex != end && self.mark(vertex, side) {
-                    found.neighbours += 1;
-                }
-            }
-        }
-        found
-    }
-
-    /// Notes that `vertex` is a neighbour of the end `side`; tells whether that is news.
-    fn mark(&mut self, vertex: u32, side: u8) -> bool {
-        let mark = &mut self.marks[vertex as usize];
-        if mark.0 != self.gathering {
-            *mark = (self.gathering, 0);
-            self.vertices.push(vertex);
-        }
-        let is_new = mark.1 & side == 0;
-        mark.1 |= side;
-        if is_new && mark.1 == FROM_BLUE | FROM_RED {
-            self.common_neighbours += 1;
-        }
-        is_new
+    fn common_neighbours(&self) -> usize {
+        let is_common = |vertex: &&u32| self.red_end.neighbours.binary_search(vertex).is_ok();
+        self.blue_end.neighbours.iter().filter(is_common).count()
     }
 }
 

@@ -21,7 +21,7 @@ fn grid() -> Mesh {
 }
 
 fn star_of(mesh: &Mesh, blue: u32, red: u32) -> EdgeStar {
-    let mut star = EdgeStar::new(mesh.positions.len());
+    let mut star = EdgeStar::default();
     star.gather(&Connectivity::new(mesh), blue, red);
     star
 }

@@ -140,6 +140,8 @@ pub struct DagBuilder {
     earlier_into_red: Vec<u32>,
     /// For each vertex the last collapse into it, or [`NONE`].
     last_into: Vec<u32>,
+    /// The row that is being made.
+    needed: Vec<u32>,
 }
 
 impl DagBuilder {
@@ -150,20 +152,18 @@ impl DagBuilder {
             constraints: CompressedRows::default(),
             earlier_into_red: Vec::new(),
             last_into: vec![NONE; vertex_count],
+            needed: Vec::new(),
         }
     }
 
     /// Adds the next collapse of the log.
     pub fn add(&mut self, step: &Step) {
-        let mut needed: Vec<u32> = step
-            .star
-            .vertices()
-            .iter()
-            .map(|&vertex| self.last_into[vertex as usize])
-            .filter(|&last| last != NONE)
-            .collect();
-        needed.sort_unstable();
-        self.constraints.push(needed);
+        let last_into = |&vertex: &u32| self.last_into[vertex as usize];
+        self.needed.clear();
+        self.needed
+            .extend(step.star.vertices().iter().map(last_into).filter(|&last| last != NONE));
+        self.needed.sort_unstable();
+        self.constraints.push(self.needed.iter().copied());
         let last = &mut self.last_into[step.collapse.red as usize];
         self.earlier_into_red.push(std::mem::replace(last, step.index));
     }

@@ -23,10 +23,6 @@ impl IndexSet {
         &self.members
     }
 
-    pub(crate) fn contains(&self, index: u32) -> bool {
-        self.places[index as usize] != ABSENT
-    }
-
     pub(crate) fn set(&mut self, index: u32, is_member: bool) {
         if is_member {
             self.insert(index);
@@ -36,7 +32,7 @@ impl IndexSet {
     }
 
     pub(crate) fn insert(&mut self, index: u32) {
-        if !self.contains(index) {
+        if self.places[index as usize] == ABSENT {
             self.places[index as usize] = self.members.len() as u32;
             self.members.push(index);
         }

@@ -87,7 +87,7 @@ impl Replay {
             manifold::check_stars(&connectivity)?;
         }
         let mut replay = Self::before(mesh, log);
-        let mut star = EdgeStar::new(mesh.positions.len());
+        let mut star = EdgeStar::default();
         let mut moved = Vec::new();
         let mut floor = 0;
         for band in &log.bands {

@@ -38,19 +38,30 @@ struct RandomCollapses<'a> {
 
 /// A log of at most `wanted` collapses of random edges of `mesh`; about half of them move the red vertex, if `moves`.
 pub(crate) fn random_log(mesh: &Mesh, wanted: usize, moves: bool, random: &mut fastrand::Rng) -> CollapseLog {
+    let mut vertices: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    random.shuffle(&mut vertices);
+    log_in_order(mesh, vertices, wanted, moves, random)
+}
+
+/// The same, with blue vertices tried in the order of `vertices`, again and again.
+pub(crate) fn log_in_order(
+    mesh: &Mesh,
+    mut vertices: Vec<u32>,
+    wanted: usize,
+    moves: bool,
+    random: &mut fastrand::Rng,
+) -> CollapseLog {
     let mut collapses = RandomCollapses {
         random,
         connectivity: Connectivity::new(mesh),
-        star: EdgeStar::new(mesh.positions.len()),
+        star: EdgeStar::default(),
         positions: mesh.positions.clone(),
         log: CollapseLog::default(),
         moves,
     };
-    let mut vertices: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let mut before = usize::MAX;
     while collapses.log.collapses.len() != before {
         before = collapses.log.collapses.len();
-        collapses.random.shuffle(&mut vertices);
         let full = |done: &RandomCollapses| done.log.collapses.len() == wanted;
         vertices.retain(|&blue| full(&collapses) || !collapses.try_vertex(blue));
     }

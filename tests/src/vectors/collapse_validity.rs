@@ -36,7 +36,7 @@ fn is_valid(surface: &Connectivity, blue: u32, red: u32) -> bool {
     if blue == red || blue.max(red) as usize >= surface.vertex_count() {
         return false;
     }
-    let mut star = EdgeStar::new(surface.vertex_count());
+    let mut star = EdgeStar::default();
     star.gather(surface, blue, red);
     star.link_condition().is_ok()
 }
