@@ -31,6 +31,7 @@ mod filters;
 mod index_set;
 pub mod level_view;
 pub mod manifold;
+pub mod forest_split;
 pub mod mesh;
 pub mod multilevel;
 mod outline;
