@@ -69,7 +69,7 @@ impl CollapseDag {
     pub fn all_influences(&self) -> CompressedRows {
         let mut all = CompressedRows::default();
         for row in self.constraints.rows() {
-            let mut influences: Vec<u32> = row.iter().flat_map(|&last| self.into_same_red(last)).collect();
+            let mut influences: Vec<u32> = row.iter().flat_map(|&last| self.collapses_up_to(last)).collect();
             influences.sort_unstable();
             all.push(influences);
         }
@@ -115,7 +115,8 @@ impl CollapseDag {
         performed.all(|collapse| self.constraints(collapse).iter().all(|&needed| is_performed(needed)))
     }
 
-    fn into_same_red(&self, last: u32) -> impl Iterator<Item = u32> + '_ {
+    /// `last` and the collapses before it into the same red vertex.
+    fn collapses_up_to(&self, last: u32) -> impl Iterator<Item = u32> + '_ {
         let earlier = |&collapse: &u32| Some(self.earlier_into_red[collapse as usize]).filter(|&found| found != NONE);
         std::iter::successors(Some(last), earlier)
     }

@@ -100,7 +100,7 @@ struct Field {
 fn field(seed: u64) -> Field {
     let mut random = fastrand::Rng::with_seed(seed);
     let mesh = delaunay_field(80, &mut random);
-    let log = random_log(&mesh, usize::MAX, seed % 2 == 0, &mut random);
+    let log = random_log(&mesh, usize::MAX, seed.is_multiple_of(2), &mut random);
     assert!(
         log.collapses.len() > 60,
         "seed {seed}: only {} collapses",
