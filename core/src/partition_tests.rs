@@ -1,6 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use super::*;
+use crate::collapse_list::{ListedCollapse, to_log};
 use crate::collapse_log::{Band, Collapse};
 use crate::mesh;
 
@@ -72,6 +73,62 @@ fn a_log_that_uses_a_removed_vertex_is_refused_with_its_index() {
         SurfacePartition::from_log(&mesh, &log, 0.0),
         Err(LogError::Removed(1, 1))
     );
+}
+
+/// A closed surface of `36` vertices and twice as many triangles: a torus of six squares by six.
+fn torus() -> Mesh {
+    let at = |row: u32, column: u32| 6 * (row % 6) + column % 6;
+    let squares = (0..6).flat_map(|row| (0..6).map(move |column| (row, column)));
+    let halves = |(row, column)| {
+        let [a, b] = [at(row, column), at(row, column + 1)];
+        let [c, d] = [at(row + 1, column + 1), at(row + 1, column)];
+        [[a, b, c], [a, c, d]]
+    };
+    Mesh {
+        positions: vec![DVec3::ZERO; 36],
+        triangles: squares.flat_map(halves).collect(),
+    }
+}
+
+#[test]
+fn a_closed_surface_takes_less_than_forty_bytes_a_vertex_where_the_mesh_takes_thirty_six() {
+    let mesh = torus();
+    let listed = [[0, 1], [14, 15], [28, 29]].map(|[blue, red]| ListedCollapse {
+        blue,
+        red,
+        moved_to: None,
+    });
+    let log = to_log(&listed, &mesh.positions, 1.0).unwrap();
+    let replay = Replay::run(&mesh, &log, Demand::Consistent, |_| ()).unwrap();
+    let partition = SurfacePartition::from_replay(&mesh, &replay, &replay.level_batches(&log, 0.0)).unwrap();
+    let expected = Storage {
+        mesh: 36 * 36,
+        representatives: 3 * 4,
+        blue_positions: 3 * 12,
+        blue_positions_whole: 36 * 12,
+    };
+    assert_eq!(partition.storage(), expected);
+    assert!(expected.mesh + expected.representatives < 40 * 36);
+}
+
+#[test]
+fn batches_begin_with_level_one_and_grow_to_the_highest() {
+    let (mesh, log) = strip();
+    let replay = Replay::run(&mesh, &log, Demand::Consistent, |_| ()).unwrap();
+    assert_eq!(replay.top_level, 3);
+    let merged = |first_levels: &[u32]| {
+        let batch = |&first_level: &u32| Batch {
+            first_level,
+            error: 0.0,
+        };
+        let batches: Vec<Batch> = first_levels.iter().map(batch).collect();
+        SurfacePartition::from_replay(&mesh, &replay, &batches).map(|partition| partition.levels.len())
+    };
+    assert_eq!(merged(&[1, 3]), Ok(2));
+    assert_eq!(merged(&[]), Err(PartitionError::BadBatch(0)));
+    assert_eq!(merged(&[2, 3]), Err(PartitionError::BadBatch(0)));
+    assert_eq!(merged(&[1, 3, 2]), Err(PartitionError::BadBatch(2)));
+    assert_eq!(merged(&[1, 4]), Err(PartitionError::BadBatch(1)));
 }
 
 /// Triangles as corner positions, each from its smallest corner on, sorted.

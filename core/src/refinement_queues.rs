@@ -98,23 +98,31 @@ impl RefinementQueues {
     /// joins the queues on the way. Whatever is reached is a consistent surface.
     pub fn update(&mut self, surface: &mut AdaptiveSurface, maximum: f64, error: impl Fn(u32) -> f64) -> Changes {
         let mut changes = Changes::default();
-        while let Some(entry) = self.splits.peek().copied().filter(|entry| entry.error > maximum) {
-            self.splits.pop();
+        while let Some(entry) = self.pop_split(maximum) {
             changes.operations += 1;
             if self.is_latest(entry) && surface.split(entry.collapse) {
                 changes.splits += 1;
-                changes.operations += surface.cost(entry.collapse) + self.enter_around(surface, entry.collapse, &error);
+                changes.operations += self.enter_around(surface, entry.collapse, &error);
             }
         }
-        while let Some(Reverse(entry)) = self.collapses.peek().copied().filter(|entry| entry.0.error < maximum) {
-            self.collapses.pop();
+        while let Some(entry) = self.pop_collapse(maximum) {
             changes.operations += 1;
             if self.is_latest(entry) && surface.collapse(entry.collapse) {
                 changes.collapses += 1;
-                changes.operations += surface.cost(entry.collapse) + self.enter_around(surface, entry.collapse, &error);
+                changes.operations += self.enter_around(surface, entry.collapse, &error);
             }
         }
         changes
+    }
+
+    fn pop_split(&mut self, maximum: f64) -> Option<Entry> {
+        self.splits.peek().filter(|entry| entry.error > maximum)?;
+        self.splits.pop()
+    }
+
+    fn pop_collapse(&mut self, maximum: f64) -> Option<Entry> {
+        self.collapses.peek().filter(|entry| entry.0.error < maximum)?;
+        self.collapses.pop().map(|entry| entry.0)
     }
 
     fn is_latest(&self, entry: Entry) -> bool {
@@ -122,6 +130,7 @@ impl RefinementQueues {
     }
 
     /// Enters what a change of `collapse` made possible: itself, the other way, and its neighbours in the graph.
+    /// Returns what that and the change itself cost.
     fn enter_around(&mut self, surface: &AdaptiveSurface, collapse: u32, error: &impl Fn(u32) -> f64) -> usize {
         let dag = surface.dag();
         let around = if surface.is_performed(collapse) {
@@ -130,7 +139,8 @@ impl RefinementQueues {
             dag.constraints(collapse)
         };
         let entered = around.iter().chain([&collapse]);
-        entered.filter(|&&entered| self.enter(surface, entered, error)).count()
+        let entries = entered.filter(|&&entered| self.enter(surface, entered, error)).count();
+        surface.cost(collapse) + entries
     }
 
     fn enter(&mut self, surface: &AdaptiveSurface, collapse: u32, error: &impl Fn(u32) -> f64) -> bool {

@@ -17,13 +17,14 @@
 //!
 //! The time is that of looking at every star once.
 
+use glam::DVec3;
+
 use crate::attribute::Attribute;
 use crate::collapse_log::{self, Collapse, CollapseLog, LogError};
 use crate::connectivity::{Connectivity, EdgeStar};
 use crate::manifold;
 use crate::mesh::Mesh;
 use crate::partition::Batch;
-use glam::DVec3;
 
 /// What a replay insists on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,34 +83,24 @@ impl Replay {
     pub fn run(mesh: &Mesh, log: &CollapseLog, demand: Demand, mut visit: impl FnMut(&Step)) -> Result<Self, LogError> {
         manifold::check_corners(mesh)?;
         collapse_log::validate(log, &mesh.positions)?;
-        let mut connectivity = Connectivity::new(mesh);
+        let mut surface = Surface {
+            connectivity: Connectivity::new(mesh),
+            star: EdgeStar::default(),
+            moved: Vec::new(),
+        };
         if demand == Demand::Consistent {
-            manifold::check_stars(&connectivity)?;
+            manifold::check_stars(&surface.connectivity)?;
         }
         let mut replay = Self::before(mesh, log);
-        let mut star = EdgeStar::default();
-        let mut moved = Vec::new();
-        let mut floor = 0;
         for band in &log.bands {
+            let floor = replay.top_level;
             for index in replay.collapse_levels.len()..band.end {
                 let collapse = log.collapses[index];
-                star.gather(&connectivity, collapse.blue, collapse.red);
-                if demand == Demand::Consistent {
-                    star.link_condition()
-                        .map_err(|fault| LogError::invalid(index, collapse, fault))?;
-                }
-                let level = replay.note(&connectivity, &star, collapse, floor);
-                connectivity.collapse(&star, &mut moved);
-                visit(&Step {
-                    index: index as u32,
-                    collapse,
-                    level,
-                    star: &star,
-                    moved: &moved,
-                });
+                surface.look_at(index, collapse, demand)?;
+                let level = replay.note(&surface, collapse, floor);
+                visit(&surface.perform(index, collapse, level));
             }
-            floor = replay.top_level;
-            replay.floors.push(floor);
+            replay.floors.push(replay.top_level);
         }
         replay.finish();
         Ok(replay)
@@ -180,9 +171,10 @@ impl Replay {
     }
 
     /// Notes a collapse that is about to happen; returns its level.
-    fn note(&mut self, connectivity: &Connectivity, star: &EdgeStar, collapse: Collapse, floor: u32) -> u32 {
+    fn note(&mut self, surface: &Surface, collapse: Collapse, floor: u32) -> u32 {
         let Collapse { blue, red, .. } = collapse;
-        let levels = star
+        let levels = surface
+            .star
             .vertices()
             .iter()
             .map(|&vertex| self.vertex_levels[vertex as usize]);
@@ -193,9 +185,9 @@ impl Replay {
         self.vertex_levels[red as usize] = level;
         self.representatives[blue as usize] = red;
         self.positions.collapse(blue, red, collapse.red_after);
-        for &triangle in star.removed() {
+        for &triangle in surface.star.removed() {
             self.triangle_levels[triangle as usize] = level;
-            self.triangle_representatives[triangle as usize] = triangle_beside(connectivity, triangle, blue, red);
+            self.triangle_representatives[triangle as usize] = surface.triangle_beside(triangle, blue, red);
         }
         level
     }
@@ -224,14 +216,41 @@ impl Replay {
     }
 }
 
-fn triangle_beside(connectivity: &Connectivity, triangle: u32, blue: u32, red: u32) -> Option<u32> {
-    let third = connectivity
-        .corners(triangle)
-        .into_iter()
-        .find(|&corner| corner != blue && corner != red)?;
-    connectivity
-        .across(triangle, blue, third)
-        .or_else(|| connectivity.across(triangle, red, third))
+/// The connectivity while collapses are replayed, and the star of the one at hand.
+struct Surface {
+    connectivity: Connectivity,
+    star: EdgeStar,
+    moved: Vec<u32>,
+}
+
+impl Surface {
+    /// Gathers the star of a collapse; refuses what `demand` does not allow.
+    fn look_at(&mut self, index: usize, collapse: Collapse, demand: Demand) -> Result<(), LogError> {
+        self.star.gather(&self.connectivity, collapse.blue, collapse.red);
+        if demand == Demand::Drawable {
+            return Ok(());
+        }
+        let checked = self.star.link_condition();
+        checked.map_err(|fault| LogError::invalid(index, collapse, fault))
+    }
+
+    fn perform(&mut self, index: usize, collapse: Collapse, level: u32) -> Step<'_> {
+        self.connectivity.collapse(&self.star, &mut self.moved);
+        Step {
+            index: index as u32,
+            collapse,
+            level,
+            star: &self.star,
+            moved: &self.moved,
+        }
+    }
+
+    fn triangle_beside(&self, triangle: u32, blue: u32, red: u32) -> Option<u32> {
+        let corners = self.connectivity.corners(triangle);
+        let third = corners.into_iter().find(|&corner| corner != blue && corner != red)?;
+        let across = |end| self.connectivity.across(triangle, end, third);
+        across(blue).or_else(|| across(red))
+    }
 }
 
 #[cfg(test)]
