@@ -30,6 +30,8 @@ mod batch;
 mod bits;
 mod forest;
 mod gap;
+mod growth;
+mod reading;
 mod surface;
 
 use std::collections::{HashMap, HashSet};
@@ -39,8 +41,9 @@ use thiserror::Error;
 use forest::unite;
 use gap::{Branches, GapCorner, fill_triangles, gaps, polygon};
 
-pub use batch::{Coarsening, CollapseError, CollapseFault, coarsen, forest_batches, largest_batch};
+pub use batch::{Coarsening, CollapseError, CollapseFault, coarsen, forest_batches};
 pub use bits::SplitBits;
+pub use growth::largest_batch;
 pub use surface::{Surface, SurfaceError};
 
 /// One batch of refinement of a surface.

@@ -16,6 +16,9 @@
 //! | Surface Partitions §2.4 collapse logs of any simplifier | [`collapse_log`], [`collapse_list`] |
 //! | Surface Partitions §3 graph of the collapses | [`dag`] |
 //! | Surface Partitions §3 local levels of detail, queues | [`adaptive_surface`], [`refinement_queues`], [`view_error`] |
+//! | Streaming Geometry, progressive multilevel mesh, its file, geomorphs | [`multilevel`] |
+//! | Streaming Geometry, vertex clustering | [`clustering`] |
+//! | Streaming Geometry, coupling with a geometry-compression method | [`forest_split`] |
 #![forbid(unsafe_code)]
 
 pub mod adaptive_surface;
@@ -28,10 +31,10 @@ pub mod compressed_rows;
 pub mod connectivity;
 pub mod dag;
 mod filters;
+pub mod forest_split;
 mod index_set;
 pub mod level_view;
 pub mod manifold;
-pub mod forest_split;
 pub mod mesh;
 pub mod multilevel;
 mod outline;

@@ -186,23 +186,20 @@ fn read_fills(gaps: &[Vec<GapCorner>], bits: &[bool]) -> Result<Vec<Branches>, S
 /// A fill of `count` triangles, of which `branch` tells whether a triangle has others on its side 0 or 1; it is asked only
 /// where the count leaves a choice. None where it does not know.
 fn ask_fill(count: usize, mut branch: impl FnMut(usize, usize) -> Option<bool>) -> Option<Vec<Branches>> {
-    let mut fill = Vec::with_capacity(count);
     // Triangles that an earlier one has on a side, but have not come yet; those that none has so far.
     let (mut announced, mut unannounced) = (1, count.saturating_sub(1));
-    for triangle in 0..count {
+    let mut fill = vec![[false; 2]; count];
+    for (triangle, branches) in fill.iter_mut().enumerate() {
         announced -= 1;
-        let mut branches = [false; 2];
-        for side in 0..2 {
-            branches[side] = match unannounced {
+        for (side, has_branch) in branches.iter_mut().enumerate() {
+            *has_branch = match unannounced {
                 0 => false,
                 _ if side == 1 && announced == 0 => true,
                 _ => branch(triangle, side)?,
             };
-            if branches[side] {
-                (announced, unannounced) = (announced + 1, unannounced - 1);
-            }
+            announced += usize::from(*has_branch);
+            unannounced -= usize::from(*has_branch);
         }
-        fill.push(branches);
     }
     Some(fill)
 }

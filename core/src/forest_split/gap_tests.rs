@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn a_polygon_is_the_walk_read_backwards_from_the_same_start() {
     assert_eq!(polygon(&[0, 1, 2, 3]), [0, 3, 2, 1]);
-    assert_eq!(polygon::<u32>(&[]), []);
+    assert!(polygon::<u32>(&[]).is_empty());
 }
 
 #[test]
