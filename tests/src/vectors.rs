@@ -3,11 +3,16 @@
 //! A vector is one JSON object with `kind`, inputs and `expected`. A few inputs stand inside `expected`; each module
 //! below names those it reads, and reads nothing else there.
 
+mod clustering;
 mod collapse_validity;
 mod counterexample;
 mod dag;
+mod forest;
 mod input;
+mod multilevel;
 mod partition;
+
+pub use multilevel::text_of_collapses;
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
@@ -23,6 +28,11 @@ pub fn answer(vector: &Value) -> Result<Value> {
         "dag" => dag::expected(vector)?,
         "collapse_validity" => collapse_validity::expected(vector)?,
         "counterexample" => counterexample::expected(vector)?,
+        "multilevel" => multilevel::expected(vector)?,
+        "malformed" => multilevel::malformed(vector)?,
+        "clustering" => clustering::expected(vector)?,
+        "forest_split" => forest::split(vector)?,
+        "forest_counts" => forest::all_counts(vector)?,
         _ => bail!("kind {kind:?} is not one that this program answers"),
     };
     let mut answered = vector.clone();
