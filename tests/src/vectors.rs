@@ -3,6 +3,7 @@
 //! A vector is one JSON object with `kind`, inputs and `expected`. A few inputs stand inside `expected`; each module
 //! below names those it reads, and reads nothing else there.
 
+mod audit;
 mod clustering;
 mod collapse_validity;
 mod counterexample;

@@ -12,6 +12,7 @@ use terrain_core::refinement_queues::RefinementQueues;
 use terrain_core::replay::{Demand, Replay};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 
+use super::audit::Audit;
 use super::{dag, input};
 
 const INPUTS: [&str; 5] = ["vertices", "triangles", "collapses", "errors", "max_error"];
@@ -35,12 +36,16 @@ fn answer(case: &Value) -> Result<Value> {
     let log = input::log(case, &mesh)?;
     let mut graph = DagBuilder::new(mesh.positions.len());
     let replay = Replay::run(&mesh, &log, Demand::Drawable, |step| graph.add(step))?;
-    answer["dag"] = json!(dag::rows(&graph.finish().all_influences()));
+    let graph = graph.finish();
+    answer["dag"] = json!(dag::rows(&graph.all_influences()));
     if case.get("errors").is_some() {
         answer["performed_after"] = json!(performed_after(case, &mesh, &log)?);
     } else {
         answer["levels"] = json!(replay.collapse_levels);
         answer["lods"] = lods(&mesh, &log, &replay)?;
+        let audit = Audit::new(&mesh.triangles, &input::read::<Vec<[u32; 2]>>(case, "collapses")?);
+        answer["bad_lods"] = audit.bad_levels(&replay.collapse_levels, replay.top_level);
+        answer["bad_sets"] = audit.bad_sets(&graph, &dag::closed_sets(&graph).context("too many collapses")?);
     }
     Ok(answer)
 }

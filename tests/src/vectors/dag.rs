@@ -24,7 +24,7 @@ pub(super) fn expected(vector: &Value) -> Result<Value> {
         "collapse_constraints": rows(&literal),
         "split_constraints": rows(&literal.transposed()),
         "reduced": rows(&dag.transitive_reduction()),
-        "number_of_closed_sets": (dag.len() <= MOST_COUNTED).then(|| count_closed_sets(dag)),
+        "number_of_closed_sets": closed_sets(dag).map(|sets| sets.len()),
         "closed_sets": each(vector, "closed_sets", |case| closed_set(&collapsed, case))?,
         "dual_queue": dual_queue(&collapsed, vector)?,
         "forced_splits": each(vector, "forced_splits", |case| forced_splits(&collapsed, case))?,
@@ -40,22 +40,23 @@ fn each(vector: &Value, key: &str, answer: impl FnMut(&Value) -> Result<Value>) 
     cases.iter().map(answer).collect()
 }
 
-/// Every closed set either leaves a collapse out or holds all that it needs.
-fn count_closed_sets(dag: &CollapseDag) -> usize {
+/// All closed sets of a small graph, a bit for each collapse: each set either leaves a collapse out or holds all that it
+/// needs.
+pub(super) fn closed_sets(dag: &CollapseDag) -> Option<Vec<u32>> {
+    if dag.len() > MOST_COUNTED {
+        return None;
+    }
     let mut closed: Vec<u32> = vec![0];
     for collapse in 0..dag.len() as u32 {
         let needed = dag
             .constraints(collapse)
             .iter()
             .fold(0, |set, needed| set | 1 << needed);
-        let holding: Vec<u32> = closed
-            .iter()
-            .filter(|&set| set & needed == needed)
-            .map(|set| set | 1 << collapse)
-            .collect();
+        let may_hold = closed.iter().filter(|&set| set & needed == needed);
+        let holding: Vec<u32> = may_hold.map(|set| set | 1 << collapse).collect();
         closed.extend(holding);
     }
-    closed.len()
+    Some(closed)
 }
 
 fn closed_set(collapsed: &AdaptiveSurface, case: &Value) -> Result<Value> {

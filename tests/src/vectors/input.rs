@@ -50,10 +50,17 @@ pub(super) fn log(vector: &Value, mesh: &Mesh) -> Result<CollapseLog> {
 
 /// Triangles as a set: each from its smallest corner on, sorted.
 pub(super) fn triangle_set(triangles: impl IntoIterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
-    let from_smallest = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min();
-    let mut set: Vec<[u32; 3]> = triangles.into_iter().filter_map(from_smallest).collect();
+    let mut set: Vec<[u32; 3]> = triangles.into_iter().map(from_smallest).collect();
     set.sort_unstable();
     set
+}
+
+pub(super) fn from_smallest([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        least if least == a => [a, b, c],
+        least if least == b => [b, c, a],
+        _ => [c, a, b],
+    }
 }
 
 pub(super) fn sorted(mut indices: Vec<u32>) -> Vec<u32> {
