@@ -71,3 +71,14 @@ fn entries_keep_their_errors_until_the_refill() {
     assert_eq!(queues.update(&mut surface, 2.0, |_| 9.0).splits, 2);
     assert_eq!(queues.update(&mut surface, 20.0, |_| 9.0).collapses, 2);
 }
+
+#[test]
+fn an_entry_that_was_made_again_counts_by_its_latest_error() {
+    let mut surface = two_collapses();
+    let mut queues = RefinementQueues::new(&surface, |_| 9.0);
+    let error_below = |below: f64| move |collapse: u32| [below, 9.0][collapse as usize];
+    assert_eq!(queues.update(&mut surface, 5.0, error_below(1.0)).splits, 1);
+    assert_eq!(queues.update(&mut surface, 20.0, error_below(1.0)).collapses, 1);
+    assert_eq!(queues.update(&mut surface, 5.0, error_below(0.2)).splits, 1);
+    assert_eq!(queues.update(&mut surface, 0.5, error_below(0.2)).splits, 0);
+}
