@@ -4,6 +4,9 @@
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::connectivity::LinkFault;
+use crate::manifold::ManifoldError;
+
 /// One directed edge collapse `blue → red`. The blue vertex leaves the surface; the red one stays and may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collapse {
@@ -50,6 +53,33 @@ pub enum LogError {
     /// The ends of the bands do not grow up to the number of collapses.
     #[error("band {0} does not end where it should")]
     BadBand(usize),
+    /// The mesh is not a 2-manifold.
+    #[error("collapses of this mesh cannot be replayed: {0}")]
+    NotManifold(#[from] ManifoldError),
+    /// The collapse would leave a surface that is no 2-manifold, or one of another topology.
+    #[error("collapse {index}, {blue} → {red}: {fault}")]
+    Invalid {
+        /// Its index in the log.
+        index: usize,
+        /// Its blue vertex.
+        blue: u32,
+        /// Its red vertex.
+        red: u32,
+        /// What stands against it.
+        fault: LinkFault,
+    },
+}
+
+impl LogError {
+    pub(crate) fn invalid(index: usize, collapse: Collapse, fault: LinkFault) -> Self {
+        let Collapse { blue, red, .. } = collapse;
+        Self::Invalid {
+            index,
+            blue,
+            red,
+            fault,
+        }
+    }
 }
 
 /// Checks that `log` can be replayed on vertices at `positions`: every vertex alive when used, every red vertex

@@ -2,25 +2,29 @@
 //!
 //! After A. Guéziec, F. Lazarus, G. Taubin, *Surface Partitions for Progressive Transmission and Display, and Dynamic
 //! Simplification of Polygonal Surfaces*, IBM RC 20890, 1997, §2. It differs in one thing: at the end of every band of
-//! the log the floor of the levels is raised to the highest level so far, so that bands are runs of levels.
+//! the log the floor of the levels is raised to the highest level so far, so that bands are runs of levels. How levels
+//! are found stands in [`crate::replay`].
 //!
-//! ```text
-//! for each collapse, in order:
-//!     level ← 1 + max(floor, highest level in the star of the edge)
-//!     blue and red vertex, and the triangles that vanish, get that level
-//!     the blue vertex keeps where the red one was; the red one is its representative
-//!     at the end of a band: floor ← highest level so far
-//! what is left over gets one level more; sort by level, coarsest first
-//! ```
-//!
-//! Level of detail `k` is then a prefix of the vertices and of the triangles, each corner replaced by the root of its
+//! Level of detail `k` is a prefix of the vertices and of the triangles, each corner replaced by the root of its
 //! representatives, each moved red vertex put back in the order in which the prefix undoes the collapses.
+//! [`crate::level_view`] goes from one level to another.
 
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::collapse_log::{self, CollapseLog, LogError};
+use crate::attribute::Attribute;
+use crate::collapse_log::{CollapseLog, LogError};
 use crate::mesh::Mesh;
+use crate::replay::{Demand, Replay};
+
+/// A run of raw levels that becomes one level of a partition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Batch {
+    /// The lowest raw level of the run, from 1.
+    pub first_level: u32,
+    /// Certified error of the surface of this run and all coarser ones, in the units of the heights.
+    pub error: f64,
+}
 
 /// How far the arrays reach for one level of detail, and what its surface is good for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +37,7 @@ pub struct Level {
     pub error: f64,
 }
 
-/// A surface and its levels of detail, one for each band of the log and one for the coarsest surface.
+/// A surface and its levels of detail. Raw levels may be merged; inside each, vertices keep the order of raw levels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfacePartition {
     /// Position of each vertex at the time it left the surface, or in the coarsest surface where it never did.
@@ -70,36 +74,102 @@ pub enum PartitionError {
     /// A coordinate is NaN or infinite.
     #[error("vertex {0} is not finite")]
     NotFinite(usize),
+    /// Levels were to be merged into batches that do not begin with level 1, shrink or pass the highest level.
+    #[error("batch {0} does not begin where it should")]
+    BadBatch(usize),
+}
+
+/// Bytes of a coordinate and of an index in §2.3.
+const INDEX_OR_COORDINATE: usize = 4;
+
+/// Bytes that a partition takes. A closed surface of `n` vertices has some `2n` triangles: `mesh` is `36n`, and
+/// `mesh + representatives` less than `40n`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Storage {
+    /// Positions and triangles, as without levels.
+    pub mesh: usize,
+    /// Representatives; those of red vertices go without saying.
+    pub representatives: usize,
+    /// Where red vertices were before each collapse, if they move: one entry for each blue vertex.
+    pub blue_positions: usize,
+    /// The same as the paper has it, a whole copy of the positions.
+    pub blue_positions_whole: usize,
 }
 
 impl SurfacePartition {
-    /// Replays `log` on `mesh` and sorts what it finds. `finest_error` is the certified error of `mesh` itself.
+    /// Replays `log` on `mesh` and sorts what it finds into one level for each band and one for the coarsest surface.
+    /// `finest_error` is the certified error of `mesh` itself. The log is trusted to be valid ([`Demand::Drawable`]).
     ///
     /// # Errors
     /// When the log cannot be replayed on this mesh.
     pub fn from_log(mesh: &Mesh, log: &CollapseLog, finest_error: f64) -> Result<Self, LogError> {
-        collapse_log::validate(log, &mesh.positions)?;
-        let replay = Replay::run(mesh, log);
-        let vertex_order = coarsest_first(&replay.vertex_levels);
-        let triangle_order = coarsest_first(&replay.triangle_levels);
+        let replay = Replay::run(mesh, log, Demand::Drawable, |_| ())?;
+        Ok(Self::assembled(mesh, &replay, &replay.band_batches(log, finest_error)))
+    }
+
+    /// Sorts what `replay` found out about `mesh`, with one level for each of `batches`, which are given finest first:
+    /// [`Replay::level_batches`], [`Replay::band_batches`] or any others that begin with level 1 and grow.
+    ///
+    /// # Errors
+    /// [`PartitionError::BadBatch`] where they do not.
+    pub fn from_replay(mesh: &Mesh, replay: &Replay, batches: &[Batch]) -> Result<Self, PartitionError> {
+        let mut previous = 1;
+        for (index, batch) in batches.iter().enumerate() {
+            let is_first = index == 0 && batch.first_level != 1;
+            if is_first || batch.first_level < previous || batch.first_level > replay.top_level {
+                return Err(PartitionError::BadBatch(index));
+            }
+            previous = batch.first_level;
+        }
+        if batches.is_empty() {
+            return Err(PartitionError::BadBatch(0));
+        }
+        Ok(Self::assembled(mesh, replay, batches))
+    }
+
+    fn assembled(mesh: &Mesh, replay: &Replay, batches: &[Batch]) -> Self {
+        let vertex_order = replay.vertex_order();
         let mut place = vec![0; vertex_order.len()];
         for (index, &vertex) in (0_u32..).zip(&vertex_order) {
             place[vertex as usize] = index;
         }
-        let gather = |positions: &[DVec3]| vertex_order.iter().map(|&v| positions[v as usize]).collect();
-        Ok(Self {
-            positions: gather(&replay.positions),
-            blue_positions: gather(&replay.blue_positions),
+        let placed = |vertex: u32| place[vertex as usize];
+        let positions = replay.positions.sorted(&vertex_order);
+        let triangles = replay.triangle_order().into_iter();
+        Self {
+            positions: positions.red,
+            blue_positions: positions.blue,
             representatives: vertex_order
                 .iter()
-                .map(|&v| place[replay.representatives[v as usize] as usize])
+                .map(|&vertex| placed(replay.representatives[vertex as usize]))
                 .collect(),
-            triangles: triangle_order
-                .iter()
-                .map(|&t| mesh.triangles[t as usize].map(|corner| place[corner as usize]))
+            triangles: triangles
+                .map(|triangle| mesh.triangles[triangle as usize].map(placed))
                 .collect(),
-            levels: replay.levels(log, finest_error),
-        })
+            levels: levels(replay, batches),
+        }
+    }
+
+    /// The positions as the attribute that level switches work on.
+    #[must_use]
+    pub fn position_attribute(&self) -> Attribute<DVec3> {
+        Attribute {
+            red: self.positions.clone(),
+            blue: self.blue_positions.clone(),
+        }
+    }
+
+    /// What the arrays take by the reckoning of §2.3: 4 bytes a coordinate, 4 bytes an index.
+    #[must_use]
+    pub fn storage(&self) -> Storage {
+        let vertices = self.positions.len();
+        let red = self.levels.first().map_or(0, |level| level.vertex_end as usize);
+        Storage {
+            mesh: INDEX_OR_COORDINATE * 3 * (vertices + self.triangles.len()),
+            representatives: INDEX_OR_COORDINATE * (vertices - red),
+            blue_positions: INDEX_OR_COORDINATE * 3 * (vertices - red),
+            blue_positions_whole: INDEX_OR_COORDINATE * 3 * vertices,
+        }
     }
 
     /// The surface of level `level` and all coarser ones; vertices keep their order, so level `k` uses the first
@@ -207,135 +277,16 @@ fn validate_levels(partition: &SurfacePartition) -> Result<(), PartitionError> {
     Ok(())
 }
 
-/// What replaying a log tells of every vertex and triangle, in the numbering of the mesh.
-struct Replay {
-    positions: Vec<DVec3>,
-    blue_positions: Vec<DVec3>,
-    representatives: Vec<u32>,
-    vertex_levels: Vec<u32>,
-    triangle_levels: Vec<u32>,
-    /// The highest level by the end of each band.
-    floors: Vec<u32>,
-}
-
-impl Replay {
-    fn run(mesh: &Mesh, log: &CollapseLog) -> Self {
-        let mut replay = Self {
-            positions: mesh.positions.clone(),
-            blue_positions: mesh.positions.clone(),
-            representatives: (0..).take(mesh.positions.len()).collect(),
-            vertex_levels: vec![0; mesh.positions.len()],
-            triangle_levels: vec![0; mesh.triangles.len()],
-            floors: Vec::with_capacity(log.bands.len()),
-        };
-        let mut stars = Stars::new(mesh);
-        let (mut start, mut floor, mut highest) = (0, 0, 0);
-        for band in &log.bands {
-            for collapse in &log.collapses[start..band.end] {
-                let (blue, red) = (collapse.blue as usize, collapse.red as usize);
-                let level = 1 + floor.max(stars.highest_level(collapse.blue, collapse.red, &replay.vertex_levels));
-                highest = highest.max(level);
-                for removed in stars.collapse(collapse.blue, collapse.red) {
-                    replay.triangle_levels[removed as usize] = level;
-                }
-                replay.vertex_levels[blue] = level;
-                replay.vertex_levels[red] = level;
-                replay.representatives[blue] = collapse.red;
-                replay.blue_positions[blue] = collapse.red_before;
-                replay.positions[red] = collapse.red_after;
-            }
-            (start, floor) = (band.end, highest);
-            replay.floors.push(floor);
-        }
-        replay.assign_coarsest(highest + 1);
-        replay
-    }
-
-    fn assign_coarsest(&mut self, level: u32) {
-        for (vertex, &representative) in self.representatives.iter().enumerate() {
-            if representative as usize == vertex {
-                self.vertex_levels[vertex] = level;
-                self.blue_positions[vertex] = self.positions[vertex];
-            }
-        }
-        self.triangle_levels
-            .iter_mut()
-            .filter(|found| **found == 0)
-            .for_each(|found| *found = level);
-    }
-
-    /// Coarsest first: a band's raw levels are those above the floor that the band before it left.
-    fn levels(&self, log: &CollapseLog, finest_error: f64) -> Vec<Level> {
-        let above = |levels: &[u32], floor: u32| levels.iter().filter(|level| **level > floor).count() as u32;
-        let floors = self.floors.iter().rev().copied().chain([0]);
-        let errors = log.bands.iter().rev().map(|band| band.error).chain([finest_error]);
-        floors
-            .zip(errors)
-            .map(|(floor, error)| Level {
-                vertex_end: above(&self.vertex_levels, floor),
-                triangle_end: above(&self.triangle_levels, floor),
-                error,
-            })
-            .collect()
-    }
-}
-
-/// The live triangles around each vertex while a log is replayed.
-struct Stars {
-    corners: Vec<[u32; 3]>,
-    triangles_of: Vec<Vec<u32>>,
-}
-
-impl Stars {
-    fn new(mesh: &Mesh) -> Self {
-        let mut triangles_of = vec![Vec::new(); mesh.positions.len()];
-        for (triangle, corners) in (0_u32..).zip(&mesh.triangles) {
-            corners
-                .iter()
-                .for_each(|&corner| triangles_of[corner as usize].push(triangle));
-        }
-        Self {
-            corners: mesh.triangles.clone(),
-            triangles_of,
-        }
-    }
-
-    /// Highest level of the endpoints and all their neighbours.
-    fn highest_level(&self, blue: u32, red: u32, levels: &[u32]) -> u32 {
-        let star = [blue, red].into_iter().flat_map(|end| &self.triangles_of[end as usize]);
-        star.flat_map(|&triangle| self.corners[triangle as usize])
-            .chain([blue, red])
-            .map(|vertex| levels[vertex as usize])
-            .fold(0, u32::max)
-    }
-
-    /// Moves the blue vertex's triangles to the red one; returns those that vanish.
-    fn collapse(&mut self, blue: u32, red: u32) -> Vec<u32> {
-        let moved = std::mem::take(&mut self.triangles_of[blue as usize]);
-        let (removed, kept): (Vec<u32>, Vec<u32>) = moved
-            .into_iter()
-            .partition(|&triangle| self.corners[triangle as usize].contains(&red));
-        for &triangle in &removed {
-            for corner in self.corners[triangle as usize] {
-                self.triangles_of[corner as usize].retain(|&other| other != triangle);
-            }
-        }
-        for &triangle in &kept {
-            let corners = &mut self.corners[triangle as usize];
-            corners
-                .iter_mut()
-                .filter(|corner| **corner == blue)
-                .for_each(|corner| *corner = red);
-        }
-        self.triangles_of[red as usize].extend(kept);
-        removed
-    }
-}
-
-fn coarsest_first(levels: &[u32]) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..).take(levels.len()).collect();
-    order.sort_by_key(|&index| std::cmp::Reverse(levels[index as usize]));
-    order
+/// Coarsest first.
+fn levels(replay: &Replay, batches: &[Batch]) -> Vec<Level> {
+    let vertices = replay.counts_from(&replay.vertex_levels);
+    let triangles = replay.counts_from(&replay.triangle_levels);
+    let level = |batch: &Batch| Level {
+        vertex_end: vertices[batch.first_level as usize],
+        triangle_end: triangles[batch.first_level as usize],
+        error: batch.error,
+    };
+    batches.iter().rev().map(level).collect()
 }
 
 #[cfg(test)]

@@ -1,10 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use std::path::PathBuf;
-
-use serde_json::Value;
-
 use super::*;
+use crate::collapse_list::{ListedCollapse, to_log};
 use crate::collapse_log::{Band, Collapse};
 use crate::mesh;
 
@@ -78,6 +75,62 @@ fn a_log_that_uses_a_removed_vertex_is_refused_with_its_index() {
     );
 }
 
+/// A closed surface of `36` vertices and twice as many triangles: a torus of six squares by six.
+fn torus() -> Mesh {
+    let at = |row: u32, column: u32| 6 * (row % 6) + column % 6;
+    let squares = (0..6).flat_map(|row| (0..6).map(move |column| (row, column)));
+    let halves = |(row, column)| {
+        let [a, b] = [at(row, column), at(row, column + 1)];
+        let [c, d] = [at(row + 1, column + 1), at(row + 1, column)];
+        [[a, b, c], [a, c, d]]
+    };
+    Mesh {
+        positions: vec![DVec3::ZERO; 36],
+        triangles: squares.flat_map(halves).collect(),
+    }
+}
+
+#[test]
+fn a_closed_surface_takes_less_than_forty_bytes_a_vertex_where_the_mesh_takes_thirty_six() {
+    let mesh = torus();
+    let listed = [[0, 1], [14, 15], [28, 29]].map(|[blue, red]| ListedCollapse {
+        blue,
+        red,
+        moved_to: None,
+    });
+    let log = to_log(&listed, &mesh.positions, 1.0).unwrap();
+    let replay = Replay::run(&mesh, &log, Demand::Consistent, |_| ()).unwrap();
+    let partition = SurfacePartition::from_replay(&mesh, &replay, &replay.level_batches(&log, 0.0)).unwrap();
+    let expected = Storage {
+        mesh: 36 * 36,
+        representatives: 3 * 4,
+        blue_positions: 3 * 12,
+        blue_positions_whole: 36 * 12,
+    };
+    assert_eq!(partition.storage(), expected);
+    assert!(expected.mesh + expected.representatives < 40 * 36);
+}
+
+#[test]
+fn batches_begin_with_level_one_and_grow_to_the_highest() {
+    let (mesh, log) = strip();
+    let replay = Replay::run(&mesh, &log, Demand::Consistent, |_| ()).unwrap();
+    assert_eq!(replay.top_level, 3);
+    let merged = |first_levels: &[u32]| {
+        let batch = |&first_level: &u32| Batch {
+            first_level,
+            error: 0.0,
+        };
+        let batches: Vec<Batch> = first_levels.iter().map(batch).collect();
+        SurfacePartition::from_replay(&mesh, &replay, &batches).map(|partition| partition.levels.len())
+    };
+    assert_eq!(merged(&[1, 3]), Ok(2));
+    assert_eq!(merged(&[]), Err(PartitionError::BadBatch(0)));
+    assert_eq!(merged(&[2, 3]), Err(PartitionError::BadBatch(0)));
+    assert_eq!(merged(&[1, 3, 2]), Err(PartitionError::BadBatch(2)));
+    assert_eq!(merged(&[1, 4]), Err(PartitionError::BadBatch(1)));
+}
+
 /// Triangles as corner positions, each from its smallest corner on, sorted.
 fn drawn(mesh: &Mesh) -> Vec<[[i64; 3]; 3]> {
     let corner = |v: u32| mesh.positions[v as usize].to_array().map(|c| (c * 1e6).round() as i64);
@@ -91,102 +144,4 @@ fn rotated_and_sorted<T: Ord + Copy>(mut triangles: Vec<[T; 3]>) -> Vec<[T; 3]> 
     }
     triangles.sort_unstable();
     triangles
-}
-
-fn vector_files() -> Vec<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/vectors");
-    let Ok(entries) = folder.read_dir() else {
-        return Vec::new();
-    };
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.retain(|path| path.file_name().unwrap().to_string_lossy().contains("partition_"));
-    files.retain(|path| !path.to_string_lossy().contains("multilevel"));
-    files.sort();
-    files
-}
-
-fn position(value: &Value) -> DVec3 {
-    let coordinates: Vec<f64> = value.as_array().unwrap().iter().map(|c| c.as_f64().unwrap()).collect();
-    DVec3::from_slice(&coordinates)
-}
-
-fn triangles(value: &Value) -> Vec<[u32; 3]> {
-    serde_json::from_value(value.clone()).unwrap()
-}
-
-/// The vector's own collapses as a log of one band for each level, so that every level can be drawn.
-fn log_of(vector: &Value, positions: &[DVec3]) -> CollapseLog {
-    let mut current = positions.to_vec();
-    let collapses = vector["collapses"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .enumerate()
-        .map(|(index, pair)| {
-            let [blue, red]: [u32; 2] = serde_json::from_value(pair.clone()).unwrap();
-            let red_before = current[red as usize];
-            let moved = vector["moved"].get(index.to_string());
-            let red_after = moved.map_or(red_before, position);
-            current[red as usize] = red_after;
-            Collapse {
-                blue,
-                red,
-                red_before,
-                red_after,
-            }
-        });
-    let collapses: Vec<Collapse> = collapses.collect();
-    let end = collapses.len();
-    CollapseLog {
-        collapses,
-        bands: vec![Band { end, error: 0.0 }],
-    }
-}
-
-#[test]
-fn levels_and_surfaces_agree_with_an_independent_reference() {
-    let files = vector_files();
-    if files.is_empty() {
-        println!("skipped: no reference vectors beside the project");
-    }
-    for file in files {
-        let vector: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
-        let expected = &vector["expected"];
-        let positions: Vec<DVec3> = vector["positions"].as_array().unwrap().iter().map(position).collect();
-        let mesh = Mesh {
-            positions,
-            triangles: triangles(&vector["triangles"]),
-        };
-        let log = log_of(&vector, &mesh.positions);
-        let replay = Replay::run(&mesh, &log);
-        let level_list = |key: &str| serde_json::from_value::<Vec<u32>>(expected[key].clone()).unwrap();
-        assert_eq!(replay.vertex_levels, level_list("vertex_level"), "{}", file.display());
-        assert_eq!(
-            replay.triangle_levels,
-            level_list("triangle_level"),
-            "{}",
-            file.display()
-        );
-        assert_eq!(
-            replay.representatives,
-            level_list("representative"),
-            "{}",
-            file.display()
-        );
-        let partition = SurfacePartition::from_log(&mesh, &log, 0.0).unwrap();
-        validate(&partition).unwrap();
-        let order: Vec<u32> = serde_json::from_value(expected["sorted"]["vertex_order"].clone()).unwrap();
-        let coarsest = expected["levels"].as_u64().unwrap().to_string();
-        for (level, key) in [(0, coarsest.as_str()), (1, "1")] {
-            let own = partition.lod(level);
-            let in_original_ids = own.triangles.iter().map(|t| t.map(|v| order[v as usize])).collect();
-            let reference = rotated_and_sorted(triangles(&expected["lods"][key]));
-            assert_eq!(
-                rotated_and_sorted(in_original_ids),
-                reference,
-                "{} level {key}",
-                file.display()
-            );
-        }
-    }
 }

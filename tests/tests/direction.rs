@@ -27,7 +27,7 @@ const HOMES: [(&str, &[&str]); 7] = [
     ("rayon", &["terrain-ingest", "terrain-tests"]),
     ("axum", &["terrain-server"]),
     ("pmtiles", &["terrain-tiles"]),
-    ("clap", &["terrain-ingest", "terrain-server"]),
+    ("clap", &["terrain-ingest", "terrain-server", "terrain-tests"]),
 ];
 
 /// Direct dependencies of each crate of the workspace, those of its tests and its build included.

@@ -1,0 +1,76 @@
+//! Kind `counterexample`: what the papers' rules make of meshes and errors that break their assumptions. Each case is
+//! answered as far as its own inputs go, all of them inside `expected`: `vertices`, `triangles`, `collapses` and, for
+//! the queues, `errors` and `max_error`. Cases of forest splits (`forest_…`) are not answered here.
+
+use anyhow::{Context, Result};
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+use terrain_core::adaptive_surface::AdaptiveSurface;
+use terrain_core::dag::DagBuilder;
+use terrain_core::level_view::LevelView;
+use terrain_core::refinement_queues::RefinementQueues;
+use terrain_core::replay::{Demand, Replay};
+use terrain_core::{CollapseLog, Mesh, SurfacePartition};
+
+use super::audit::Audit;
+use super::{dag, input};
+
+const INPUTS: [&str; 5] = ["vertices", "triangles", "collapses", "errors", "max_error"];
+
+pub(super) fn expected(vector: &Value) -> Result<Value> {
+    let cases = vector["expected"].as_object().context("\"expected\" is missing")?;
+    let of_collapses = cases.iter().filter(|(name, _)| !name.starts_with("forest_"));
+    let answered = of_collapses.map(|(name, case)| Ok((name.clone(), answer(case)?)));
+    Ok(Value::Object(answered.collect::<Result<Map<_, _>>>()?))
+}
+
+fn answer(case: &Value) -> Result<Value> {
+    let inputs = INPUTS
+        .iter()
+        .filter_map(|&key| Some((key.to_owned(), case.get(key)?.clone())));
+    let mut answer = Value::Object(inputs.collect());
+    let mesh = Mesh {
+        positions: vec![DVec3::ZERO; input::read(case, "vertices")?],
+        triangles: input::read(case, "triangles")?,
+    };
+    let log = input::log(case, &mesh)?;
+    let mut graph = DagBuilder::new(mesh.positions.len());
+    let replay = Replay::run(&mesh, &log, Demand::Drawable, |step| graph.add(step))?;
+    let graph = graph.finish();
+    answer["dag"] = json!(dag::rows(&graph.all_influences()));
+    if case.get("errors").is_some() {
+        answer["performed_after"] = json!(performed_after(case, &mesh, &log)?);
+    } else {
+        answer["levels"] = json!(replay.collapse_levels);
+        answer["lods"] = lods(&mesh, &log, &replay)?;
+        let audit = Audit::new(&mesh.triangles, &input::read::<Vec<[u32; 2]>>(case, "collapses")?);
+        answer["bad_lods"] = audit.bad_levels(&replay.collapse_levels, replay.top_level);
+        answer["bad_sets"] = audit.bad_sets(&graph, &dag::closed_sets(&graph).context("too many collapses")?);
+    }
+    Ok(answer)
+}
+
+/// Every level as pairs of a triangle's index and its corners.
+fn lods(mesh: &Mesh, log: &CollapseLog, replay: &Replay) -> Result<Value> {
+    let partition = SurfacePartition::from_replay(mesh, replay, &replay.level_batches(log, 0.0))?;
+    let (vertices, triangles) = (replay.vertex_order(), replay.triangle_order());
+    let mut view = LevelView::new(&partition);
+    let levels = (1..=replay.top_level).map(|level| {
+        view.set_level((replay.top_level - level) as usize);
+        let corners = view
+            .triangles()
+            .map(|triangle| triangle.map(|corner| vertices[corner as usize]));
+        let mut drawn: Vec<(u32, [u32; 3])> = triangles.iter().copied().zip(corners).collect();
+        drawn.sort_unstable();
+        (level, json!(drawn))
+    });
+    Ok(input::by_level(levels.collect::<Vec<_>>()))
+}
+
+fn performed_after(case: &Value, mesh: &Mesh, log: &CollapseLog) -> Result<Vec<u32>> {
+    let (errors, maximum): (Vec<f64>, f64) = (input::read(case, "errors")?, input::read(case, "max_error")?);
+    let mut surface = AdaptiveSurface::new(mesh, log)?;
+    let error = |collapse: u32| errors.get(collapse as usize).copied().unwrap_or(f64::INFINITY);
+    RefinementQueues::new(&surface, error).update(&mut surface, maximum, error);
+    Ok(dag::performed(&surface))
+}
