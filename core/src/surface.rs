@@ -78,8 +78,8 @@ impl<'a> Surface<'a> {
         // What is done with goes before the next is made: this is where a surface needs most memory.
         drop((connectivity, numbers));
         triangles.sort_unstable_by_key(|&[a, b, c]| a.min(b).min(c));
-        let plan = order.iter().map(|&vertex| plan[vertex as usize]).collect();
-        let points = order.iter().map(|&vertex| points[vertex as usize]).collect();
+        let plan = permuted(plan, &order);
+        let points = permuted(points, &order);
         let connectivity = HalfEdges::new(order.len(), triangles);
         Self {
             reference,
@@ -157,6 +157,11 @@ impl<'a> Surface<'a> {
 /// Positive where the three plan positions turn left, exactly.
 pub(crate) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     plan_orientation(a.extend(0.0), b.extend(0.0), c.extend(0.0))
+}
+
+/// Takes the values over in another order.
+fn permuted<T: Copy>(values: Vec<T>, order: &[u32]) -> Vec<T> {
+    order.iter().map(|&index| values[index as usize]).collect()
 }
 
 /// The bits of a number, each with a 0 before it.
