@@ -28,6 +28,8 @@ use crate::reference::{Bound, GridPoint, Piece, Reference};
 use crate::samples::{Sample, SampleLists};
 use crate::surface::Surface;
 
+/// Tolerances by which a vertex itself may be off the surface where the bound is at samples.
+const SPIKE: f64 = 2.0;
 /// Heights tried for one place: where one fails between the points that constrained it, that place is a constraint, too.
 const CUTS: usize = 4;
 
@@ -432,7 +434,7 @@ impl<'a> Simplifier<'a> {
         let place = (0..self.quality.places().len()).find_map(|number| {
             let (plan, grid) = self.place(edge, number)?;
             scratch.spread(self.surface.reference, plan, grid).then_some(())?;
-            let mut interval = Interval::new(allowance.vertical, only);
+            let mut interval = self.interval_at(grid, only, allowance.vertical);
             scratch.fan.constrain(&mut scratch.samples, &mut interval);
             if interval.is_empty() {
                 return None;
@@ -537,9 +539,23 @@ impl<'a> Simplifier<'a> {
         }
     }
 
+    /// The heights that a vertex may have at a place, whatever is around it: near the surface there. Only that keeps a
+    /// vertex from standing out like a spike where its triangles hold hardly any samples and the bound is at samples.
+    fn interval_at(&self, grid: DVec2, only: Option<f64>, tolerance: f64) -> Interval {
+        let reference = self.surface.reference;
+        let mut interval = Interval::new(tolerance, only);
+        if reference.bound == Bound::Samples
+            && only.is_none()
+            && let Some(height) = reference.height_near(grid)
+        {
+            interval.constrain(1.0 / SPIKE, height / SPIKE, 1.0);
+        }
+        interval
+    }
+
     /// The best height of a vertex at a place inside the ring, over all samples under it, if one is allowed.
     pub(crate) fn fit(&self, plan: DVec2, grid: DVec2, tolerance: f64, scratch: &mut Scratch) -> Option<Place> {
-        let mut interval = Interval::new(tolerance, None);
+        let mut interval = self.interval_at(grid, None, tolerance);
         scratch.spread(self.surface.reference, plan, grid).then_some(())?;
         scratch.others.clear();
         scratch.fan.constrain(&mut scratch.samples, &mut interval);

@@ -181,6 +181,33 @@ fn every_sample_stays_under_the_triangle_whose_list_it_is_in() {
 }
 
 #[test]
+fn no_vertex_stands_out_of_the_surface_where_the_bound_is_at_samples() {
+    let (heights, curvature) = (hills(), [DVec2::ZERO; SIZE]);
+    let reference = reference(&heights, &curvature, Bound::Samples);
+    let mut simplifier = simplifier(refined(&reference, 1.0, 0.0), Quality::Best);
+    simplifier.thin(Allowance {
+        vertical: 1.0,
+        outline: 0.0,
+    });
+    let off = |vertex: &u32| {
+        let point = simplifier.surface.point(*vertex);
+        (point.height - reference.height_near(point.grid).unwrap()).abs()
+    };
+    let worst = (0..simplifier.kinds.len() as u32)
+        .filter(|&vertex| simplifier.surface.connectivity.is_live(vertex))
+        .max_by(|a, b| off(a).total_cmp(&off(b)))
+        .unwrap();
+    // Heights are multiples of an eighth of a metre.
+    assert!(
+        off(&worst) <= SPIKE + 0.125,
+        "{} m at {:?}",
+        off(&worst),
+        simplifier.surface.point(worst)
+    );
+    assert!(off(&worst) > 1.0, "vertices use their freedom");
+}
+
+#[test]
 fn a_plane_is_two_triangles() {
     let heights: Vec<f32> = (0..SIZE * SIZE)
         .map(|i| (i % SIZE) as f32 * 2.0 + (i / SIZE) as f32)
