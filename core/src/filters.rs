@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
+use crate::collapse::Edge;
 use crate::half_edges::HalfEdges;
-use crate::simplify::{Edge, VertexKind};
+use crate::simplify::VertexKind;
 use crate::surface::Surface;
 
 /// The table of [`VertexKind`].

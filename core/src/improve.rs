@@ -9,10 +9,11 @@
 
 use glam::DVec2;
 
+use crate::collapse::{Place, Scratch};
 use crate::filters::is_upright;
 use crate::half_edges::NONE;
 use crate::reference::Bound;
-use crate::simplify::{Allowance, Place, Quality, Scratch, Simplifier, VertexKind};
+use crate::simplify::{Allowance, Quality, Simplifier, VertexKind};
 
 /// What the sum of squares must fall to for an edit to be worth it, as a share.
 const GAIN: f64 = 0.99;

@@ -25,6 +25,7 @@ pub mod adaptive_surface;
 pub mod attribute;
 pub mod chain;
 pub mod clustering;
+mod collapse;
 pub mod collapse_list;
 pub mod collapse_log;
 pub mod compressed_rows;

@@ -1,9 +1,13 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use glam::DVec2;
+
 use super::*;
+use crate::collapse::SPIKE;
 use crate::mesh::{self, Mesh};
 use crate::partition::{self, SurfacePartition};
 use crate::plan::PlanMap;
+use crate::reference::{Bound, Reference};
 use crate::refine::{Refinement, refine};
 use crate::triangulate::{Outline, triangulate};
 
