@@ -26,6 +26,8 @@ const LEAST_RADIUS: f64 = 6_335_000.0;
 const HIGHER_ORDER: f64 = 1.1;
 /// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
 const BESIDE: f64 = 1e-3;
+/// Share of the way to the middle of a piece from an end that is outside the piece's cell by rounding.
+const INWARDS: f64 = 1e-6;
 /// Cells by which a straight edge in space may leave the straight line on the grid before it is cut in two.
 const STRAIGHT: f64 = 1e-4;
 
@@ -170,7 +172,10 @@ fn along_edge(grid: &HeightGrid, a: Place, b: Place) -> f64 {
     };
     let mut worst: f64 = 0.0;
     for pair in stops(grid, a, b).windows(2) {
-        let ends = [pair[0], (pair[0] + pair[1]) / 2.0, pair[1]].map(difference);
+        let middle = (pair[0] + pair[1]) / 2.0;
+        // Where the surface ends, rounding may put the end of a piece beside the cell that the piece is in.
+        let at = |t: f64| difference(t).or_else(|| difference(t + (middle - t) * INWARDS));
+        let ends = [pair[0], middle, pair[1]].map(at);
         worst = ends.into_iter().flatten().map(f64::abs).fold(worst, f64::max);
         if let [Some(first), Some(middle), Some(last)] = ends {
             let bend = first - 2.0 * middle + last;
