@@ -15,9 +15,9 @@ use terrain_core::triangulate::{Outline, triangulate};
 
 /// Metres of the curves' tolerance, and of the finest rung of the ladder.
 const ERROR: f64 = 5.0;
-/// Metres by which the midpoint of neighbouring samples may be displaced, and how that grows with distance: as on SRTM
-/// of mountains, greedy insertion at 5 m leaves some 0.4 triangles a sample.
-const ROUGHNESS: f64 = 7.0;
+/// Metres by which the midpoint of neighbouring samples may be displaced, and how that grows with distance: some 0.16
+/// triangles a sample are left at 5 m, as on SRTM of mountains.
+const ROUGHNESS: f64 = 4.0;
 const GROWTH: f64 = 0.8;
 /// Larger grids are not made at the best quality: it would take most of the time and show nothing new.
 const LARGEST_AT_BEST: usize = 1025;
