@@ -2,25 +2,11 @@
 
 use super::*;
 use crate::collapse_list::{ListedCollapse, to_log};
+use crate::mesh::tests::three_by_three;
 
 /// Nine vertices in three rows; the middle of the lower row, then the centre fall into the corner, which moves.
 fn surface() -> AdaptiveSurface {
-    let mesh = Mesh {
-        positions: (0..9)
-            .map(|v| DVec3::new(f64::from(v % 3), f64::from(v / 3), 0.0))
-            .collect(),
-        triangles: [
-            [0, 1, 4],
-            [0, 4, 3],
-            [1, 2, 5],
-            [1, 5, 4],
-            [3, 4, 7],
-            [3, 7, 6],
-            [4, 5, 8],
-            [4, 8, 7],
-        ]
-        .to_vec(),
-    };
+    let mesh = three_by_three();
     let collapse = |blue, height| ListedCollapse {
         blue,
         red: 0,

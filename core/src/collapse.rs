@@ -325,8 +325,9 @@ impl Simplifier<'_> {
                 red_after: place.plan.extend(place.point.height),
             });
         }
-        self.lift_samples(blue, scratch, true);
-        self.lift_samples(red, scratch, false);
+        scratch.samples.clear();
+        self.lift_samples(blue, scratch);
+        self.lift_samples(red, scratch);
         self.surface.connectivity.collapse(blue, red);
         self.surface.plan[red as usize] = place.plan;
         self.surface.points[red as usize] = place.point;
@@ -341,10 +342,7 @@ impl Simplifier<'_> {
     }
 
     /// Takes the samples around a vertex out of their lists.
-    pub(crate) fn lift_samples(&mut self, vertex: u32, scratch: &mut Scratch, is_first: bool) {
-        if is_first {
-            scratch.samples.clear();
-        }
+    pub(crate) fn lift_samples(&mut self, vertex: u32, scratch: &mut Scratch) {
         for edge in self.surface.connectivity.leaving(vertex) {
             self.samples
                 .gather(self.surface.reference, edge / 3, &mut scratch.samples);

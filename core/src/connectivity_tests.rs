@@ -1,24 +1,7 @@
 use glam::DVec3;
 
 use super::*;
-
-/// Nine vertices in three rows, each square cut from lower left to upper right.
-fn grid() -> Mesh {
-    Mesh {
-        positions: vec![DVec3::ZERO; 9],
-        triangles: [
-            [0, 1, 4],
-            [0, 4, 3],
-            [1, 2, 5],
-            [1, 5, 4],
-            [3, 4, 7],
-            [3, 7, 6],
-            [4, 5, 8],
-            [4, 8, 7],
-        ]
-        .to_vec(),
-    }
-}
+use crate::mesh::tests::three_by_three;
 
 fn star_of(mesh: &Mesh, blue: u32, red: u32) -> EdgeStar {
     let mut star = EdgeStar::default();
@@ -42,17 +25,17 @@ fn sorted(indices: impl IntoIterator<Item = u32>) -> Vec<u32> {
 
 #[test]
 fn the_star_of_an_edge_has_all_neighbours_of_both_ends_once() {
-    let star = star_of(&grid(), 1, 4);
+    let star = star_of(&three_by_three(), 1, 4);
     assert_eq!(sorted(star.vertices().iter().copied()), [0, 1, 2, 3, 4, 5, 7, 8]);
     assert_eq!(sorted(star.removed().iter().copied()), [0, 3]);
-    let at_the_boundary = star_of(&grid(), 2, 5);
+    let at_the_boundary = star_of(&three_by_three(), 2, 5);
     assert_eq!(sorted(at_the_boundary.vertices().iter().copied()), [1, 2, 4, 5, 8]);
     assert_eq!(at_the_boundary.removed(), [2]);
 }
 
 #[test]
 fn a_collapse_hands_the_blue_corners_to_the_red_vertex() {
-    let mesh = grid();
+    let mesh = three_by_three();
     let mut connectivity = Connectivity::new(&mesh);
     let mut moved = Vec::new();
     connectivity.collapse(&star_of(&mesh, 4, 0), &mut moved);
@@ -67,7 +50,7 @@ fn a_collapse_hands_the_blue_corners_to_the_red_vertex() {
 
 #[test]
 fn gathering_again_forgets_the_edge_before() {
-    let mesh = grid();
+    let mesh = three_by_three();
     let connectivity = Connectivity::new(&mesh);
     let mut star = star_of(&mesh, 1, 4);
     star.gather(&connectivity, 2, 5);
@@ -77,7 +60,7 @@ fn gathering_again_forgets_the_edge_before() {
 
 #[test]
 fn the_link_condition_names_what_stands_against_a_collapse() {
-    let grid = grid().triangles;
+    let grid = three_by_three().triangles;
     assert_eq!(link_condition(&grid, 4, 0), Ok(()));
     assert_eq!(link_condition(&grid, 0, 1), Ok(()));
     assert_eq!(link_condition(&grid, 0, 8), Err(LinkFault::NoEdge));

@@ -18,6 +18,11 @@ pub(crate) fn previous(edge: u32) -> u32 {
     if edge.is_multiple_of(3) { edge + 2 } else { edge - 1 }
 }
 
+/// The half-edges of a triangle.
+pub(crate) fn edges_of(triangle: u32) -> [u32; 3] {
+    [3 * triangle, 3 * triangle + 1, 3 * triangle + 2]
+}
+
 /// Triangles as half-edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HalfEdges {
@@ -89,6 +94,16 @@ impl HalfEdges {
     /// The vertex across from a half-edge in its triangle.
     pub(crate) fn apex(&self, edge: u32) -> u32 {
         self.origins[previous(edge) as usize]
+    }
+
+    /// Start and end of an edge with two triangles, and the vertices across from it on its left and on its right.
+    pub(crate) fn quadrilateral(&self, edge: u32) -> [u32; 4] {
+        [
+            self.origin(edge),
+            self.end(edge),
+            self.apex(edge),
+            self.apex(self.twin(edge)),
+        ]
     }
 
     pub(crate) fn twin(&self, edge: u32) -> u32 {

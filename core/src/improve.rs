@@ -34,33 +34,26 @@ impl Simplifier<'_> {
         }
     }
 
-    fn swap_edges(&mut self, tolerance: f64) -> usize {
+    fn swap_edges(&mut self, tolerance: f64) {
         let mut scratch = std::mem::take(&mut self.scratch);
-        let edges = 0..3 * self.surface.connectivity.triangle_slots();
-        let count = edges
-            .filter(|&edge| self.swap_edge(edge, tolerance, &mut scratch))
-            .count();
+        for edge in 0..3 * self.surface.connectivity.triangle_slots() {
+            self.swap_edge(edge, tolerance, &mut scratch);
+        }
         self.scratch = scratch;
-        count
     }
 
     /// Swaps an edge if that is allowed and lowers the sum of squares.
     ///
     /// The fan from `c` over `a`, `d`, `b` is the quadrilateral after the swap, the one from `a` over `d`, `b`, `c` before.
-    fn swap_edge(&mut self, edge: u32, tolerance: f64, scratch: &mut Scratch) -> bool {
+    fn swap_edge(&mut self, edge: u32, tolerance: f64, scratch: &mut Scratch) {
         let connectivity = &self.surface.connectivity;
         let twin = connectivity.twin(edge);
         if twin == NONE || twin < edge {
-            return false;
+            return;
         }
-        let [a, b, c, d] = [
-            connectivity.origin(edge),
-            connectivity.end(edge),
-            connectivity.apex(edge),
-            connectivity.apex(twin),
-        ];
+        let [a, b, c, d] = connectivity.quadrilateral(edge);
         if !self.may_swap([a, b, c, d]) {
-            return false;
+            return;
         }
         scratch.samples.clear();
         for triangle in [edge / 3, twin / 3] {
@@ -71,7 +64,7 @@ impl Simplifier<'_> {
         let after = self.squares_around([c, d], [a, d, b], tolerance, scratch);
         let is_better = before.zip(after).is_some_and(|(before, after)| after < before * GAIN);
         if !is_better {
-            return false;
+            return;
         }
         for triangle in [edge / 3, twin / 3] {
             self.samples.clear(triangle);
@@ -79,7 +72,6 @@ impl Simplifier<'_> {
         self.surface.connectivity.flip(edge);
         self.lay_samples(c, scratch);
         [a, b, c, d].into_iter().for_each(|vertex| self.try_again(vertex));
-        true
     }
 
     /// Whether the edge `a → b` can become `c → d`: both triangles upright, no line of the strip or outline broken.
@@ -108,33 +100,32 @@ impl Simplifier<'_> {
         Some(at_samples + along)
     }
 
-    fn move_vertices(&mut self, tolerance: f64, step: f64) -> usize {
+    fn move_vertices(&mut self, tolerance: f64, step: f64) {
         let mut scratch = std::mem::take(&mut self.scratch);
-        let vertices = 0..self.kinds.len() as u32;
-        let count = vertices
-            .filter(|&vertex| self.move_vertex(vertex, tolerance, step, &mut scratch))
-            .count();
+        for vertex in 0..self.kinds.len() as u32 {
+            self.move_vertex(vertex, tolerance, step, &mut scratch);
+        }
         self.scratch = scratch;
-        count
     }
 
     /// Moves a vertex in plan where that lowers the sum of squares.
-    fn move_vertex(&mut self, vertex: u32, tolerance: f64, step: f64, scratch: &mut Scratch) -> bool {
+    fn move_vertex(&mut self, vertex: u32, tolerance: f64, step: f64, scratch: &mut Scratch) {
         if self.kinds[vertex as usize] != VertexKind::Free || !self.surface.connectivity.is_live(vertex) {
-            return false;
+            return;
         }
         scratch.samples.clear();
         self.gather_around(vertex, &mut scratch.samples);
         self.surround_vertex(vertex, scratch);
         let start = self.surface.plan[vertex as usize];
         let Some(present) = self.fit(start, self.surface.points[vertex as usize].grid, tolerance, scratch) else {
-            return false;
+            return;
         };
         let best = self.better_place(present, tolerance, step, scratch);
         if best.squares >= present.squares * GAIN {
-            return false;
+            return;
         }
-        self.lift_samples(vertex, scratch, true);
+        scratch.samples.clear();
+        self.lift_samples(vertex, scratch);
         self.surface.plan[vertex as usize] = best.plan;
         self.surface.points[vertex as usize] = best.point;
         self.lay_samples(vertex, scratch);
@@ -142,7 +133,6 @@ impl Simplifier<'_> {
             self.try_again(scratch.around_red[index]);
         }
         self.try_again(vertex);
-        true
     }
 
     fn better_place(&self, present: Place, tolerance: f64, step: f64, scratch: &mut Scratch) -> Place {

@@ -149,4 +149,4 @@ pub fn plan_orientation(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 
 #[cfg(test)]
 #[path = "mesh_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -1,5 +1,25 @@
 use super::*;
 
+/// Nine vertices in three rows, each square cut from lower left to upper right.
+pub(crate) fn three_by_three() -> Mesh {
+    Mesh {
+        positions: (0..9)
+            .map(|v| DVec3::new(f64::from(v % 3), f64::from(v / 3), 0.0))
+            .collect(),
+        triangles: [
+            [0, 1, 4],
+            [0, 4, 3],
+            [1, 2, 5],
+            [1, 5, 4],
+            [3, 4, 7],
+            [3, 7, 6],
+            [4, 5, 8],
+            [4, 8, 7],
+        ]
+        .to_vec(),
+    }
+}
+
 fn butterfly() -> Mesh {
     let at = |x: f64, y: f64| DVec3::new(x, y, 0.0);
     let positions = vec![

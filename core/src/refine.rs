@@ -16,7 +16,7 @@
 
 use glam::DVec2;
 
-use crate::half_edges::{NONE, next, previous};
+use crate::half_edges::{NONE, edges_of, next, previous};
 use crate::reference::{Bound, Deviation, GridPoint};
 use crate::surface::Surface;
 use crate::triangulate::stepped;
@@ -63,10 +63,6 @@ impl Frame {
     fn along_inner_line(&self, a: DVec2, b: DVec2) -> bool {
         both_on(a, b, [self.width, self.extent - self.width])
     }
-}
-
-fn edges_of(triangle: u32) -> [u32; 3] {
-    [3 * triangle, 3 * triangle + 1, 3 * triangle + 2]
 }
 
 fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
@@ -266,17 +262,12 @@ impl Refiner<'_, '_> {
 
     fn is_to_flip(&self, edge: u32) -> bool {
         let connectivity = &self.surface.connectivity;
-        let twin = connectivity.twin(edge);
-        if twin == NONE {
+        if connectivity.twin(edge) == NONE {
             return false;
         }
-        let vertices = [
-            connectivity.origin(edge),
-            connectivity.end(edge),
-            connectivity.apex(edge),
-            connectivity.apex(twin),
-        ];
-        let [a, b, c, d] = vertices.map(|vertex| self.surface.plan[vertex as usize]);
+        let [a, b, c, d] = connectivity
+            .quadrilateral(edge)
+            .map(|vertex| self.surface.plan[vertex as usize]);
         let is_given = self.refinement.frame.is_some_and(|frame| frame.along_inner_line(a, b));
         !is_given && is_in_circle([a, b, c, d])
     }

@@ -1,27 +1,12 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use glam::DVec3;
-
 use super::*;
 use crate::collapse_list::{ListedCollapse, to_log};
-use crate::mesh::Mesh;
+use crate::mesh::tests::three_by_three;
 
 /// Two collapses, of which the second rests on the first.
 fn two_collapses() -> AdaptiveSurface {
-    let mesh = Mesh {
-        positions: vec![DVec3::ZERO; 9],
-        triangles: [
-            [0, 1, 4],
-            [0, 4, 3],
-            [1, 2, 5],
-            [1, 5, 4],
-            [3, 4, 7],
-            [3, 7, 6],
-            [4, 5, 8],
-            [4, 8, 7],
-        ]
-        .to_vec(),
-    };
+    let mesh = three_by_three();
     let collapse = |blue| ListedCollapse {
         blue,
         red: 0,

@@ -286,7 +286,7 @@ impl<'a> Simplifier<'a> {
         self.perform(blue, &chosen, is_recorded, scratch);
         self.touched[chosen.red as usize] = if is_recorded { self.round } else { 0 };
         for &vertex in scratch.around_red.iter().chain([&chosen.red]) {
-            self.worth_a_try[vertex as usize] = self.kinds[vertex as usize] != VertexKind::Border;
+            self.try_again(vertex);
         }
         true
     }

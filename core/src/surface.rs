@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::half_edges::{HalfEdges, NONE};
+use crate::half_edges::{HalfEdges, NONE, edges_of};
 use crate::mesh::{Mesh, plan_orientation};
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
 
@@ -128,7 +128,8 @@ impl<'a> Surface<'a> {
 
     /// Positive where the three plan positions turn left, exactly.
     pub(crate) fn orientation(&self, a: u32, b: u32, at: DVec2) -> f64 {
-        orientation(self.plan[a as usize], self.plan[b as usize], at)
+        let [a, b] = [a, b].map(|vertex| self.plan[vertex as usize].extend(0.0));
+        plan_orientation(a, b, at.extend(0.0))
     }
 
     /// Largest deviation of the whole surface from the reference, where its bound holds.
@@ -136,8 +137,7 @@ impl<'a> Surface<'a> {
     pub fn deviation(&self) -> Deviation {
         let of_triangle = |(triangle, corners): (u32, [u32; 3])| {
             let points = corners.map(|corner| self.point(corner));
-            let edges = [3 * triangle, 3 * triangle + 1, 3 * triangle + 2];
-            let measured = edges.into_iter().filter(|&edge| {
+            let measured = edges_of(triangle).into_iter().filter(|&edge| {
                 let twin = self.connectivity.twin(edge);
                 self.reference.bound == Bound::Surface && (twin == NONE || twin > edge)
             });
@@ -152,11 +152,6 @@ impl<'a> Surface<'a> {
         };
         self.triangles().map(of_triangle).fold(Deviation::NONE, Deviation::or)
     }
-}
-
-/// Positive where the three plan positions turn left, exactly.
-pub(crate) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    plan_orientation(a.extend(0.0), b.extend(0.0), c.extend(0.0))
 }
 
 /// Takes the values over in another order.

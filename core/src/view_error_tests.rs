@@ -3,6 +3,7 @@
 use super::*;
 use crate::adaptive_surface::AdaptiveSurface;
 use crate::collapse_list::{ListedCollapse, to_log};
+use crate::mesh::tests::three_by_three;
 
 const VIEW: View = View {
     eye: DVec3::new(0.0, 0.0, 100.0),
@@ -20,22 +21,7 @@ fn a_metre_at_the_distance_of_half_the_viewport_in_pixels_is_a_pixel() {
 
 #[test]
 fn whatever_the_view_a_collapse_is_never_seen_smaller_than_what_it_needs() {
-    let mesh = Mesh {
-        positions: (0..9)
-            .map(|v| DVec3::new(f64::from(v % 3), f64::from(v / 3), 0.0))
-            .collect(),
-        triangles: [
-            [0, 1, 4],
-            [0, 4, 3],
-            [1, 2, 5],
-            [1, 5, 4],
-            [3, 4, 7],
-            [3, 7, 6],
-            [4, 5, 8],
-            [4, 8, 7],
-        ]
-        .to_vec(),
-    };
+    let mesh = three_by_three();
     let pairs = [[1, 0], [5, 2], [3, 0], [4, 0], [2, 8]];
     let listed = pairs.map(|[blue, red]| ListedCollapse {
         blue,
