@@ -6,6 +6,7 @@
 //! round has changed, so that no triangle is measured only to be replaced; and points between the samples count, too.
 //!
 //! ```text
+//! insert the corners of all blocks of samples that are not nearly bilinear
 //! all triangles are suspects
 //! repeat until there are no suspects:
 //!     for each suspect: find its worst point, at samples and (bound = surface) along its edges
@@ -14,13 +15,17 @@
 //!     suspects ← triangles that changed
 //! ```
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use crate::half_edges::{NONE, edges_of, next, previous};
 use crate::reference::{Bound, Deviation, GridPoint};
-use crate::surface::Surface;
+use crate::surface::{Surface, morton_code};
 use crate::triangulate::stepped;
 
+/// Cells along the side of a block of samples.
+const BLOCK: usize = 8;
 /// Triangles that a walk to a point may cross.
 const LONGEST_WALK: usize = 1000;
 /// Below this distance all terms of the in-circle determinant, of six factors each, are exact in doubles: 12 · 2^48 < 2^53.
@@ -72,14 +77,15 @@ fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
 
 /// Inserts vertices until no point of the reference is further than the tolerance away, or no insertion helps.
 pub fn refine(surface: &mut Surface, refinement: Refinement) {
-    let suspects = surface.triangles().map(|(triangle, _)| triangle).collect();
     let mut refiner = Refiner {
-        is_suspect: vec![true; surface.connectivity.triangle_slots() as usize],
+        is_suspect: Vec::new(),
+        suspects: Vec::new(),
         surface,
         refinement,
-        suspects,
         unsettled: Vec::new(),
     };
+    refiner.seed();
+    (0..refiner.surface.connectivity.triangle_slots()).for_each(|triangle| refiner.suspect(triangle));
     while refiner.round() {}
 }
 
@@ -94,6 +100,55 @@ struct Refiner<'a, 'b> {
 }
 
 impl Refiner<'_, '_> {
+    /// Inserts the corners of blocks of samples that are not nearly bilinear: rounds that look at every sample again and
+    /// again would come to about as many vertices.
+    fn seed(&mut self) {
+        let mut triangle = 0;
+        for corner in self.corners_of_rough_blocks() {
+            let plan = self.surface.reference.plan.plan(corner).round();
+            let is_in_strip = self.refinement.frame.is_some_and(|frame| frame.push_in(plan) != plan);
+            if !is_in_strip && self.insert(triangle, plan) {
+                triangle = self.surface.connectivity.triangle_slots() - 1;
+            }
+        }
+    }
+
+    /// Each once, neighbours close to each other.
+    fn corners_of_rough_blocks(&self) -> Vec<DVec2> {
+        let [columns, rows] = self.surface.window();
+        let last = |range: &Range<usize>| range.end.saturating_sub(BLOCK);
+        let mut corners = Vec::new();
+        for row in (rows.start..last(&rows)).step_by(BLOCK) {
+            for column in (columns.start..last(&columns)).step_by(BLOCK) {
+                if self.is_rough(column, row) {
+                    let (right, below) = (column + BLOCK, row + BLOCK);
+                    corners.extend([(column, row), (right, row), (column, below), (right, below)]);
+                }
+            }
+        }
+        let mut corners: Vec<DVec2> = corners
+            .into_iter()
+            .map(|(column, row)| DVec2::new(column as f64, row as f64))
+            .collect();
+        corners.sort_by_cached_key(|&corner| morton_code(corner));
+        corners.dedup();
+        corners
+    }
+
+    /// Whether a sample of a block strays from the bilinear surface through the block's corners.
+    fn is_rough(&self, column: usize, row: usize) -> bool {
+        let sample = |across: usize, down: usize| self.surface.reference.sample(column + across, row + down);
+        let share = |steps: usize| steps as f64 / BLOCK as f64;
+        let along = |from: f64, to: f64, steps: usize| from + (to - from) * share(steps);
+        (0..=BLOCK).any(|down| {
+            let left = along(sample(0, 0), sample(0, BLOCK), down);
+            let right = along(sample(BLOCK, 0), sample(BLOCK, BLOCK), down);
+            (0..=BLOCK).any(|across| {
+                (along(left, right, across) - sample(across, down)).abs() > self.refinement.tolerance
+            })
+        })
+    }
+
     /// Tells whether anything was inserted.
     fn round(&mut self) -> bool {
         let suspects = std::mem::take(&mut self.suspects);

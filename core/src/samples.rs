@@ -1,6 +1,8 @@
 //! Which samples lie under which triangle, as one linked list a triangle: an edit of the surface then looks at the
 //! samples it concerns and at no others, and no sample is ever missed or seen twice.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use crate::reference::Reference;
@@ -36,21 +38,12 @@ impl SampleLists {
     /// Looks under every triangle of a surface. A sample on an edge goes to one of the two triangles.
     pub(crate) fn new(surface: &Surface) -> Self {
         let reference = surface.reference;
-        let nowhere = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let (low, high) = surface.points.iter().fold(nowhere, |(low, high), point| {
-            (low.min(point.grid), high.max(point.grid))
-        });
-        let [columns, rows] = [(low.x, high.x, reference.columns), (low.y, high.y, reference.rows)]
-            .map(|(low, high, count)| scan::whole_numbers(low, high, count));
-        let window = Window {
-            first: [columns.start, rows.start],
-            columns: columns.len(),
-            per_column: 1.0 / columns.len() as f64,
-        };
+        let [columns, rows] = surface.window();
+        let window = Window::new(&columns, &rows);
         let mut lists = Self {
             window,
             heads: vec![END; surface.connectivity.triangle_slots() as usize],
-            following: vec![UNCOVERED; columns.len() * rows.len()],
+            following: vec![UNCOVERED; window.columns * rows.len()],
         };
         for (triangle, corners) in surface.triangles() {
             let corners = corners.map(|corner| surface.point(corner).grid);
@@ -97,14 +90,26 @@ struct Window {
     /// Column and row.
     first: [usize; 2],
     columns: usize,
-    per_column: f64,
+    /// 2^64 over the columns, rounded up.
+    per_column: u64,
 }
 
 impl Window {
+    fn new(columns: &Range<usize>, rows: &Range<usize>) -> Self {
+        // The reciprocal of 1 would not fit.
+        let width = columns.len().max(2);
+        Self {
+            first: [columns.start, rows.start],
+            columns: width,
+            per_column: u64::MAX / width as u64 + 1,
+        }
+    }
+
     #[inline]
     fn sample(&self, reference: &Reference, index: u32) -> Sample {
-        // A product instead of a division, which takes several times as long; half a sample keeps it off whole numbers.
-        let down = ((f64::from(index) + 0.5) * self.per_column) as usize;
+        // The upper half of a product instead of a division, which takes several times as long: exact for 32 bits (D. Lemire
+        // et al., Faster remainder by direct computation, 2019).
+        let down = ((u128::from(self.per_column) * u128::from(index)) >> 64) as usize;
         let across = index as usize - down * self.columns;
         let (column, row) = (across + self.first[0], down + self.first[1]);
         Sample {

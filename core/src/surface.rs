@@ -1,10 +1,13 @@
 //! A mesh while it is edited over its reference surface: vertices in flat arrays beside their connectivity.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
 use crate::half_edges::{HalfEdges, NONE, edges_of};
 use crate::mesh::{Mesh, plan_orientation};
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
+use crate::scan;
 
 /// Cells of the Morton curve in a cell of the grid.
 const MORTON_CELLS: f64 = 16.0;
@@ -91,14 +94,23 @@ impl<'a> Surface<'a> {
 
     /// Live vertices along a Morton curve through a fine grid.
     fn morton_order(&self) -> Vec<u32> {
-        let code = |vertex: u32| {
-            let place = self.point(vertex).grid.max(DVec2::ZERO) * MORTON_CELLS;
-            interleaved(place.x as u32) | (interleaved(place.y as u32) << 1)
-        };
+        let code = |vertex: u32| morton_code(self.point(vertex).grid);
         let live = (0..self.plan.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex));
         let mut coded: Vec<(u64, u32)> = live.map(|vertex| (code(vertex), vertex)).collect();
         coded.sort_unstable();
         coded.into_iter().map(|(_, vertex)| vertex).collect()
+    }
+
+    /// Columns and rows of the samples that the surface may cover.
+    pub(crate) fn window(&self) -> [Range<usize>; 2] {
+        let nowhere = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (low, high) = self.points.iter().fold(nowhere, |(low, high), point| {
+            (low.min(point.grid), high.max(point.grid))
+        });
+        [
+            scan::whole_numbers(low.x, high.x, self.reference.columns),
+            scan::whole_numbers(low.y, high.y, self.reference.rows),
+        ]
     }
 
     /// Triangles with their numbers.
@@ -157,6 +169,12 @@ impl<'a> Surface<'a> {
 /// Takes the values over in another order.
 fn permuted<T: Copy>(values: Vec<T>, order: &[u32]) -> Vec<T> {
     order.iter().map(|&index| values[index as usize]).collect()
+}
+
+/// Where a point of the grid is along a Morton curve.
+pub(crate) fn morton_code(grid: DVec2) -> u64 {
+    let place = grid.max(DVec2::ZERO) * MORTON_CELLS;
+    interleaved(place.x as u32) | (interleaved(place.y as u32) << 1)
 }
 
 /// The bits of a number, each with a 0 before it.
