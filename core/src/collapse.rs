@@ -27,7 +27,7 @@ const CUTS: usize = 4;
 /// What one candidate after the other needs, kept so that none allocates.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    pub(crate) around_blue: Vec<u32>,
+    pub(crate) around_blue: Ring,
     pub(crate) around_red: Vec<u32>,
     pub(crate) nearest_first: Vec<(f64, u32, usize)>,
     pub(crate) ring: Ring,
@@ -36,12 +36,15 @@ pub(crate) struct Scratch {
     others: Vec<Sample>,
     has_others: bool,
     pub(crate) fan: Fan,
+    /// Half-edges to the ring.
+    spokes: Vec<u32>,
     pieces: Vec<(Piece, f64)>,
 }
 
-/// The points around the red vertex after a collapse, counter-clockwise.
+/// The vertices around one, counter-clockwise, with their places side by side.
 #[derive(Default)]
 pub(crate) struct Ring {
+    pub(crate) vertices: Vec<u32>,
     pub(crate) plan: Vec<DVec2>,
     pub(crate) points: Vec<GridPoint>,
     /// Whether the last is next to the first.
@@ -50,14 +53,38 @@ pub(crate) struct Ring {
 
 impl Ring {
     pub(crate) fn clear(&mut self, is_closed: bool) {
+        self.vertices.clear();
         self.plan.clear();
         self.points.clear();
         self.is_closed = is_closed;
     }
 
     pub(crate) fn push(&mut self, surface: &Surface, vertex: u32) {
+        self.vertices.push(vertex);
         self.plan.push(surface.plan[vertex as usize]);
         self.points.push(surface.points[vertex as usize]);
+    }
+
+    /// Becomes the ring around a vertex of a surface.
+    pub(crate) fn surround(&mut self, surface: &Surface, vertex: u32) {
+        self.clear(false);
+        surface.connectivity.ring(vertex, &mut self.vertices);
+        self.is_closed = !self.vertices.is_empty() && !surface.connectivity.is_boundary(vertex);
+        let places = self.vertices.iter().map(|&other| other as usize);
+        self.plan.extend(places.clone().map(|other| surface.plan[other]));
+        self.points.extend(places.map(|other| surface.points[other]));
+    }
+
+    /// Appends `count` vertices of another ring from the one numbered `first` on, and after its last one its first.
+    fn extend_around(&mut self, other: &Self, first: usize, count: usize) {
+        let whole = other.vertices.len();
+        let first = if first < whole { first } else { first - whole };
+        let end = first + count;
+        for part in [first..end.min(whole), 0..end.saturating_sub(whole)] {
+            self.vertices.extend_from_slice(&other.vertices[part.clone()]);
+            self.plan.extend_from_slice(&other.plan[part.clone()]);
+            self.points.extend_from_slice(&other.points[part]);
+        }
     }
 
     /// Whether all triangles from `centre` to the ring are counter-clockwise and high enough.
@@ -93,6 +120,12 @@ pub(crate) struct Edge {
     pub(crate) is_on_boundary: bool,
 }
 
+/// The heights that samples allow, and whether all of them were under the fan that told so.
+struct Seen {
+    interval: Interval,
+    is_whole: bool,
+}
+
 /// A collapse that passed all checks.
 pub(crate) struct Chosen {
     pub(crate) red: u32,
@@ -101,7 +134,7 @@ pub(crate) struct Chosen {
 }
 
 impl Simplifier<'_> {
-    /// Passes a collapse through all filters but that of kinds. The samples around blue are gathered before.
+    /// Passes a collapse through all filters but that of kinds. What is around blue was found before.
     pub(crate) fn checked(
         &mut self,
         edge: Edge,
@@ -109,57 +142,104 @@ impl Simplifier<'_> {
         allowance: Allowance,
         scratch: &mut Scratch,
     ) -> Option<Chosen> {
-        let Edge { blue, red, .. } = edge;
-        self.surface.connectivity.ring(red, &mut scratch.around_red);
-        if !filters::link_allows(
-            &self.surface.connectivity,
-            edge,
-            &scratch.around_blue,
-            &scratch.around_red,
-        ) {
+        // Most collapses fail under blue's own triangles, so nothing else is looked at before these.
+        let at_red = self.seen_from_red(edge, allowance.vertical, scratch);
+        if at_red.interval.is_empty() && !self.may_move(edge) {
             return None;
         }
-        if scratch.around_red.iter().any(|&vertex| self.is_touched(vertex)) {
-            self.worth_a_try[blue as usize] = true;
+        if !self.is_possible(edge, scratch) {
             return None;
         }
-        let strays = if self.kinds[blue as usize] == VertexKind::Outline {
-            self.outline.strays(blue, red)
-        } else {
-            0.0
-        };
+        let strays = self.strays(edge);
         if strays > allowance.outline {
             return None;
         }
-        let keeps_height = self.kinds[red as usize].keeps_height();
-        self.surround(edge, keeps_height, scratch);
-        scratch.others.clear();
-        scratch.has_others = strays > 0.0 || keeps_height;
+        self.surround(edge, scratch);
         if strays > 0.0 {
             scratch.samples.clear();
-            self.gather_under(self.surface.points[red as usize].grid, scratch);
+            self.gather_under(self.surface.points[edge.red as usize].grid, scratch);
         }
-        let only = keeps_height.then(|| self.surface.points[red as usize].height);
+        scratch.others.clear();
+        scratch.has_others = strays > 0.0 || self.keeps_height(edge.red);
         let place = (0..self.quality.places().len()).find_map(|number| {
             let (plan, grid) = self.place(edge, number)?;
-            scratch.spread(self.surface.reference, plan, grid).then_some(())?;
-            let mut interval = self.interval_at(grid, only, allowance.vertical);
-            scratch.fan.constrain(&mut scratch.samples, &mut interval);
-            if interval.is_empty() {
+            let is_settled = number == 0 && at_red.is_whole && strays == 0.0;
+            let mut interval = if number == 0 {
+                at_red.interval
+            } else {
+                self.interval_at(grid, None, allowance.vertical)
+            };
+            if interval.is_empty() || !scratch.spread(self.surface.reference, plan, grid) {
                 return None;
             }
-            // Most collapses fail under blue's own triangles: red's are not looked at before they must be.
-            if !std::mem::replace(&mut scratch.has_others, true) {
-                self.gather_around_other(red, blue, &mut scratch.others);
+            if !is_settled {
+                scratch.fan.constrain(&mut scratch.samples, &mut interval);
+            }
+            if !interval.is_empty() && !std::mem::replace(&mut scratch.has_others, true) {
+                self.gather_around_other(edge.red, edge.blue, &mut scratch.others);
             }
             scratch.fan.constrain(&mut scratch.others, &mut interval);
             self.settle(plan, grid, interval, shape.least_altitude, scratch)
         });
         if strays > 0.0 {
             scratch.samples.clear();
-            self.gather_around(blue, &mut scratch.samples);
+            self.gather_around(edge.blue, &mut scratch.samples);
         }
-        place.map(|place| Chosen { red, place, strays })
+        place.map(|place| Chosen {
+            red: edge.red,
+            place,
+            strays,
+        })
+    }
+
+    /// What the samples around blue allow red to do where it is. Its triangles cover blue's then, whatever else is around.
+    fn seen_from_red(&self, edge: Edge, tolerance: f64, scratch: &mut Scratch) -> Seen {
+        let red = edge.red as usize;
+        let (plan, grid) = (self.surface.plan[red], self.surface.points[red].grid);
+        let only = self
+            .keeps_height(edge.red)
+            .then(|| self.surface.points[red].height);
+        let mut interval = self.interval_at(grid, only, tolerance);
+        scratch.surround_blue(edge);
+        if !scratch.spread(self.surface.reference, plan, grid) {
+            return Seen {
+                interval: Interval::EMPTY,
+                is_whole: true,
+            };
+        }
+        let is_whole = scratch.fan.constrain(&mut scratch.samples, &mut interval);
+        Seen { interval, is_whole }
+    }
+
+    fn keeps_height(&self, vertex: u32) -> bool {
+        self.kinds[vertex as usize].keeps_height()
+    }
+
+    /// Whether there is another place for red than its own.
+    fn may_move(&self, edge: Edge) -> bool {
+        (1..self.quality.places().len()).any(|number| self.place(edge, number).is_some())
+    }
+
+    /// Whether topology allows a collapse, and this round, too. Finds what is around red.
+    fn is_possible(&mut self, edge: Edge, scratch: &mut Scratch) -> bool {
+        let Edge { blue, red, .. } = edge;
+        let connectivity = &self.surface.connectivity;
+        connectivity.ring(red, &mut scratch.around_red);
+        if !filters::link_allows(connectivity, edge, &scratch.around_blue.vertices, &scratch.around_red) {
+            return false;
+        }
+        let is_touched = scratch.around_red.iter().any(|&vertex| self.is_touched(vertex));
+        self.worth_a_try[blue as usize] |= is_touched;
+        !is_touched
+    }
+
+    /// How far the outline would stray, metres.
+    fn strays(&self, edge: Edge) -> f64 {
+        if self.kinds[edge.blue as usize] == VertexKind::Outline {
+            self.outline.strays(edge.blue, edge.red)
+        } else {
+            0.0
+        }
     }
 
     /// The place of some number where the red vertex might go.
@@ -178,7 +258,7 @@ impl Simplifier<'_> {
         })
     }
 
-    /// Finds what will be around the red vertex; `without_red`: only where blue's triangles go.
+    /// Finds what will be around the red vertex; where it cannot change, only where blue's triangles go.
     ///
     /// ```text
     ///        x ─── c ─── y
@@ -187,36 +267,27 @@ impl Simplifier<'_> {
     ///        │   ╲ │ ╱   │
     ///        … ─── d ─── …
     /// ```
-    fn surround(&self, edge: Edge, without_red: bool, scratch: &mut Scratch) {
+    fn surround(&self, edge: Edge, scratch: &mut Scratch) {
+        if self.keeps_height(edge.red) {
+            scratch.surround_blue(edge);
+            return;
+        }
         let Scratch {
             around_blue,
             around_red,
             ring,
             ..
         } = scratch;
-        let connectivity = &self.surface.connectivity;
-        let others = || {
-            around_blue[edge.index + 1..]
-                .iter()
-                .chain(&around_blue[..edge.index])
-                .copied()
-        };
-        if without_red {
-            ring.clear(false);
-            others().for_each(|vertex| ring.push(&self.surface, vertex));
-            return;
-        }
-        ring.clear(!connectivity.is_boundary(edge.red));
-        let (is_first, is_last) = (edge.index == 0, edge.index + 1 == around_blue.len());
-        let before = usize::from(!edge.is_on_boundary || is_first);
-        let after = usize::from(!edge.is_on_boundary || is_last);
-        let own = others().count() - before - after;
+        ring.clear(!self.surface.connectivity.is_boundary(edge.red));
+        let count = around_blue.vertices.len();
+        let (is_first, is_last) = (edge.index == 0, edge.index + 1 == count);
+        let is_shared_after = !edge.is_on_boundary || is_first;
+        let is_shared_before = !edge.is_on_boundary || is_last;
+        let first = edge.index + 1 + usize::from(is_shared_after);
+        let own = count - 1 - usize::from(is_shared_after) - usize::from(is_shared_before);
         for &vertex in around_red.iter() {
             if vertex == edge.blue {
-                others()
-                    .skip(before)
-                    .take(own)
-                    .for_each(|vertex| ring.push(&self.surface, vertex));
+                ring.extend_around(around_blue, first, own);
             } else {
                 ring.push(&self.surface, vertex);
             }
@@ -335,7 +406,7 @@ impl Simplifier<'_> {
         self.outline_strayed = self.outline_strayed.max(strays);
         if strays > 0.0 {
             scratch.samples.clear();
-            self.surround_vertex(red, scratch);
+            scratch.ring.surround(&self.surface, red);
             self.gather_under(place.point.grid, scratch);
         }
         self.lay_samples(red, scratch);
@@ -352,31 +423,36 @@ impl Simplifier<'_> {
 
     /// Puts the samples lifted into the lists of the triangles around a vertex.
     pub(crate) fn lay_samples(&mut self, vertex: u32, scratch: &mut Scratch) {
-        self.surround_vertex(vertex, scratch);
-        let Scratch { ring, fan, samples, .. } = scratch;
+        let Scratch {
+            ring,
+            fan,
+            samples,
+            spokes,
+            ..
+        } = scratch;
+        ring.surround(&self.surface, vertex);
+        spokes.clear();
+        spokes.extend(self.surface.connectivity.leaving(vertex));
         let centre = self.surface.points[vertex as usize].grid;
         fan.spread(self.surface.reference, centre, &ring.points, ring.is_closed);
         let mut at = 0;
         for sample in samples.iter() {
             if let Some(sector) = fan.sector_of(sample, at) {
                 at = sector;
-                if let Some(edge) = self.surface.connectivity.leaving(vertex).nth(sector) {
-                    self.samples.put(edge / 3, sample);
-                }
+                self.samples.put(spokes[sector] / 3, sample);
             }
         }
-    }
-
-    /// Finds what is around a vertex, in `around_red` and in the ring.
-    pub(crate) fn surround_vertex(&self, vertex: u32, scratch: &mut Scratch) {
-        let Scratch { around_red, ring, .. } = scratch;
-        self.surface.connectivity.ring(vertex, around_red);
-        ring.clear(!self.surface.connectivity.is_boundary(vertex));
-        around_red.iter().for_each(|&other| ring.push(&self.surface, other));
     }
 }
 
 impl Scratch {
+    /// Makes the ring of all around blue but red, beginning after red.
+    fn surround_blue(&mut self, edge: Edge) {
+        self.ring.clear(false);
+        let count = self.around_blue.vertices.len() - 1;
+        self.ring.extend_around(&self.around_blue, edge.index + 1, count);
+    }
+
     /// Spreads the fan from a place over the ring, if all its triangles are counter-clockwise in plan.
     fn spread(&mut self, reference: &Reference, plan: DVec2, grid: DVec2) -> bool {
         let is_upright = self.fan.spread(reference, grid, &self.ring.points, self.ring.is_closed);

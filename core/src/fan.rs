@@ -73,21 +73,26 @@ impl Fan {
         is_upright
     }
 
-    /// Constrains the centre's height by samples, those under the fan. Where no height is left the sample at fault comes
-    /// first from then on: it will be at fault again for a centre next to this one.
-    pub(crate) fn constrain(&self, samples: &mut [Sample], interval: &mut Interval) {
+    /// Constrains the centre's height by samples, those under the fan, and tells whether all looked at were. Where no height
+    /// is left the sample at fault comes first from then on: it will be at fault again for a centre next to this one.
+    pub(crate) fn constrain(&self, samples: &mut [Sample], interval: &mut Interval) -> bool {
         let mut guess = 0;
+        let mut is_whole = true;
         for index in 0..samples.len() {
             let offset = (samples[index].at - self.centre) * self.mirror;
-            let Some(seat) = self.seat(offset, guess) else { continue };
+            let Some(seat) = self.seat(offset, guess) else {
+                is_whole = false;
+                continue;
+            };
             guess = seat.sector;
             let (weight, target, area) = self.scaled(&seat, offset, samples[index].height);
             interval.constrain(weight, target, area);
             if interval.is_empty() {
                 samples.swap(0, index);
-                return;
+                break;
             }
         }
+        is_whole
     }
 
     /// Lets samples count in the least squares.

@@ -115,7 +115,7 @@ impl Simplifier<'_> {
         }
         scratch.samples.clear();
         self.gather_around(vertex, &mut scratch.samples);
-        self.surround_vertex(vertex, scratch);
+        scratch.ring.surround(&self.surface, vertex);
         let start = self.surface.plan[vertex as usize];
         let Some(present) = self.fit(start, self.surface.points[vertex as usize].grid, tolerance, scratch) else {
             return;
@@ -129,8 +129,8 @@ impl Simplifier<'_> {
         self.surface.plan[vertex as usize] = best.plan;
         self.surface.points[vertex as usize] = best.point;
         self.lay_samples(vertex, scratch);
-        for index in 0..scratch.around_red.len() {
-            self.try_again(scratch.around_red[index]);
+        for &neighbour in &scratch.ring.vertices {
+            self.try_again(neighbour);
         }
         self.try_again(vertex);
     }

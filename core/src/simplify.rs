@@ -19,7 +19,7 @@
 
 use glam::DVec3;
 
-use crate::collapse::{Edge, Scratch};
+use crate::collapse::{Edge, Ring, Scratch};
 use crate::collapse_log::{Band, CollapseLog};
 use crate::filters;
 use crate::outline::OutlineChains;
@@ -177,7 +177,7 @@ impl<'a> Simplifier<'a> {
         }
         self.round += 1;
         let mut scratch = std::mem::take(&mut self.scratch);
-        self.surface.connectivity.ring(blue, &mut scratch.around_blue);
+        scratch.around_blue.surround(&self.surface, blue);
         scratch.samples.clear();
         self.gather_around(blue, &mut scratch.samples);
         let allowance = Allowance {
@@ -188,7 +188,7 @@ impl<'a> Simplifier<'a> {
             least_altitude: 0.0,
             ..self.shape
         };
-        let place = scratch.around_blue.iter().position(|&vertex| vertex == red);
+        let place = scratch.around_blue.vertices.iter().position(|&vertex| vertex == red);
         let chosen =
             place.and_then(|place| self.checked(self.edge(blue, red, place, &scratch), shape, allowance, &mut scratch));
         if let Some(chosen) = &chosen {
@@ -264,8 +264,9 @@ impl<'a> Simplifier<'a> {
     }
 
     fn try_vertex(&mut self, blue: u32, allowance: Allowance, is_recorded: bool, scratch: &mut Scratch) -> bool {
-        self.surface.connectivity.ring(blue, &mut scratch.around_blue);
-        if self.is_touched(blue) || scratch.around_blue.iter().any(|&vertex| self.is_touched(vertex)) {
+        scratch.around_blue.surround(&self.surface, blue);
+        let around_blue = &scratch.around_blue.vertices;
+        if self.is_touched(blue) || around_blue.iter().any(|&vertex| self.is_touched(vertex)) {
             return false;
         }
         self.worth_a_try[blue as usize] = false;
@@ -285,28 +286,24 @@ impl<'a> Simplifier<'a> {
         let Some(chosen) = chosen else { return false };
         self.perform(blue, &chosen, is_recorded, scratch);
         self.touched[chosen.red as usize] = if is_recorded { self.round } else { 0 };
-        for &vertex in scratch.around_red.iter().chain([&chosen.red]) {
+        for &vertex in scratch.ring.vertices.iter().chain([&chosen.red]) {
             self.try_again(vertex);
         }
         true
     }
 
-    fn sort_by_distance(&self, centre: u32, around: &[u32], sorted: &mut Vec<(f64, u32, usize)>) {
+    fn sort_by_distance(&self, centre: u32, around: &Ring, sorted: &mut Vec<(f64, u32, usize)>) {
         let at = self.surface.plan[centre as usize];
-        let distance = |vertex: u32| self.surface.plan[vertex as usize].distance_squared(at);
+        let distances = around.plan.iter().map(|plan| plan.distance_squared(at));
+        let numbered = distances.zip(&around.vertices).enumerate();
         sorted.clear();
-        sorted.extend(
-            around
-                .iter()
-                .enumerate()
-                .map(|(index, &vertex)| (distance(vertex), vertex, index)),
-        );
+        sorted.extend(numbered.map(|(index, (distance, &vertex))| (distance, vertex, index)));
         sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
     fn edge(&self, blue: u32, red: u32, index: usize, scratch: &Scratch) -> Edge {
         let is_on_boundary =
-            self.surface.connectivity.is_boundary(blue) && (index == 0 || index + 1 == scratch.around_blue.len());
+            self.surface.connectivity.is_boundary(blue) && (index == 0 || index + 1 == scratch.around_blue.vertices.len());
         Edge {
             blue,
             red,
