@@ -163,16 +163,13 @@ impl Simplifier<'_> {
         scratch.has_others = strays > 0.0 || self.keeps_height(edge.red);
         let place = (0..self.quality.places().len()).find_map(|number| {
             let (plan, grid) = self.place(edge, number)?;
-            let is_settled = number == 0 && at_red.is_whole && strays == 0.0;
-            let mut interval = if number == 0 {
-                at_red.interval
-            } else {
-                self.interval_at(grid, None, allowance.vertical)
-            };
-            if interval.is_empty() || !scratch.spread(self.surface.reference, plan, grid) {
+            let is_red = number == 0;
+            if is_red && at_red.interval.is_empty() || !scratch.spread(self.surface.reference, plan, grid) {
                 return None;
             }
-            if !is_settled {
+            let mut interval = at_red.interval;
+            if !(is_red && at_red.is_whole && strays == 0.0) {
+                interval = self.interval_of(edge.red, is_red, allowance.vertical);
                 scratch.fan.constrain(&mut scratch.samples, &mut interval);
             }
             if !interval.is_empty() && !std::mem::replace(&mut scratch.has_others, true) {
@@ -196,10 +193,7 @@ impl Simplifier<'_> {
     fn seen_from_red(&self, edge: Edge, tolerance: f64, scratch: &mut Scratch) -> Seen {
         let red = edge.red as usize;
         let (plan, grid) = (self.surface.plan[red], self.surface.points[red].grid);
-        let only = self
-            .keeps_height(edge.red)
-            .then(|| self.surface.points[red].height);
-        let mut interval = self.interval_at(grid, only, tolerance);
+        let mut interval = self.interval_of(edge.red, true, tolerance);
         scratch.surround_blue(edge);
         if !scratch.spread(self.surface.reference, plan, grid) {
             return Seen {
@@ -319,25 +313,26 @@ impl Simplifier<'_> {
         }
     }
 
-    /// The heights that a vertex may have at a place, whatever is around it: near the surface there. Only that keeps a
-    /// vertex from standing out like a spike where its triangles hold hardly any samples and the bound is at samples.
-    fn interval_at(&self, grid: DVec2, only: Option<f64>, tolerance: f64) -> Interval {
-        let reference = self.surface.reference;
-        let mut interval = Interval::new(tolerance, only);
-        if reference.bound == Bound::Samples
-            && only.is_none()
-            && let Some(height) = reference.height_near(grid)
+    /// The heights that a red vertex may have, whatever is around it.
+    fn interval_of(&self, red: u32, is_at_its_place: bool, tolerance: f64) -> Interval {
+        let keeps = is_at_its_place && self.keeps_height(red);
+        Interval::new(tolerance, keeps.then(|| self.surface.points[red as usize].height))
+    }
+
+    /// Keeps a vertex near the surface at its place. Where the bound is at samples, only that keeps it from standing out like
+    /// a spike when its triangles hold hardly any.
+    fn constrain_spike(&self, grid: DVec2, interval: &mut Interval) {
+        if !interval.is_single()
+            && let Some(height) = self.surface.reference.height_near(grid)
         {
-            interval.constrain(1.0 / SPIKE, height / SPIKE, 1.0);
+            interval.constrain(1.0 / SPIKE, height / SPIKE);
         }
-        interval
     }
 
     /// The best height of a vertex at a place inside the ring, over all samples under it, if one is allowed.
     pub(crate) fn fit(&self, plan: DVec2, grid: DVec2, tolerance: f64, scratch: &mut Scratch) -> Option<Place> {
-        let mut interval = self.interval_at(grid, None, tolerance);
+        let mut interval = Interval::new(tolerance, None);
         scratch.spread(self.surface.reference, plan, grid).then_some(())?;
-        scratch.others.clear();
         scratch.fan.constrain(&mut scratch.samples, &mut interval);
         self.settle(plan, grid, interval, self.shape.least_altitude, scratch)
     }
@@ -352,28 +347,17 @@ impl Simplifier<'_> {
         scratch: &mut Scratch,
     ) -> Option<Place> {
         let Scratch {
-            ring,
-            pieces,
-            fan,
-            samples,
-            others,
-            ..
+            ring, pieces, ..
         } = scratch;
         let reference = self.surface.reference;
-        pieces.clear();
-        if reference.bound == Bound::Surface {
-            for &end in &ring.points {
-                if interval.is_empty() {
-                    return None;
-                }
-                interval.constrain_by_edge(reference, grid, end, pieces);
-            }
-        }
         if interval.is_empty() || !ring.is_seen_from(plan, least_altitude) {
             return None;
         }
-        fan.add_squares(samples, &mut interval);
-        fan.add_squares(others, &mut interval);
+        pieces.clear();
+        match reference.bound {
+            Bound::Samples => self.constrain_spike(grid, &mut interval),
+            Bound::Surface => interval.constrain_by_edges(reference, grid, &ring.points, pieces),
+        }
         let height = (0..CUTS).find_map(|_| {
             let height = interval.best(ring.points[0].height, self.shape.height_step)?;
             let is_cut = interval.cut(pieces, height);
@@ -396,16 +380,17 @@ impl Simplifier<'_> {
                 red_after: place.plan.extend(place.point.height),
             });
         }
-        scratch.samples.clear();
-        self.lift_samples(blue, scratch);
-        self.lift_samples(red, scratch);
+        self.clear_samples(blue);
+        if !self.keeps_height(red) || strays > 0.0 {
+            self.clear_samples(red);
+        }
         self.surface.connectivity.collapse(blue, red);
         self.surface.plan[red as usize] = place.plan;
         self.surface.points[red as usize] = place.point;
         self.outline.remove(blue);
         self.outline_strayed = self.outline_strayed.max(strays);
         if strays > 0.0 {
-            scratch.samples.clear();
+            scratch.clear_samples();
             scratch.ring.surround(&self.surface, red);
             self.gather_under(place.point.grid, scratch);
         }
@@ -413,20 +398,19 @@ impl Simplifier<'_> {
     }
 
     /// Takes the samples around a vertex out of their lists.
-    pub(crate) fn lift_samples(&mut self, vertex: u32, scratch: &mut Scratch) {
+    pub(crate) fn clear_samples(&mut self, vertex: u32) {
         for edge in self.surface.connectivity.leaving(vertex) {
-            self.samples
-                .gather(self.surface.reference, edge / 3, &mut scratch.samples);
             self.samples.clear(edge / 3);
         }
     }
 
-    /// Puts the samples lifted into the lists of the triangles around a vertex.
+    /// Puts the samples gathered into the lists of the triangles around a vertex.
     pub(crate) fn lay_samples(&mut self, vertex: u32, scratch: &mut Scratch) {
         let Scratch {
             ring,
             fan,
             samples,
+            others,
             spokes,
             ..
         } = scratch;
@@ -436,7 +420,7 @@ impl Simplifier<'_> {
         let centre = self.surface.points[vertex as usize].grid;
         fan.spread(self.surface.reference, centre, &ring.points, ring.is_closed);
         let mut at = 0;
-        for sample in samples.iter() {
+        for sample in samples.iter().chain(others.iter()) {
             if let Some(sector) = fan.sector_of(sample, at) {
                 at = sector;
                 self.samples.put(spokes[sector] / 3, sample);
@@ -446,6 +430,12 @@ impl Simplifier<'_> {
 }
 
 impl Scratch {
+    /// Forgets the samples gathered.
+    pub(crate) fn clear_samples(&mut self) {
+        self.samples.clear();
+        self.others.clear();
+    }
+
     /// Makes the ring of all around blue but red, beginning after red.
     fn surround_blue(&mut self, edge: Edge) {
         self.ring.clear(false);
@@ -468,7 +458,6 @@ impl Scratch {
         if interval.is_empty() {
             return None;
         }
-        self.fan.add_squares(&self.samples, &mut interval);
         Some(interval.squares_at(centre.height))
     }
 }

@@ -1,13 +1,12 @@
 //! The triangles around one vertex as seen from it: where a sample lies, and what the vertex's height does there.
 //!
 //! ```text
-//!          v                    d = sample − centre;  weights of u, v and the centre over `area`:
-//!         ╱│                    first  = d × v
-//!        ╱ │                    second = u × d
-//!       ╱ ·d                    area − first − second
+//!          v        d = sample − centre, in the triangle while  u × d ≥ 0 and d × v ≥ 0
+//!         ╱│        its height where the centre's is h:  h · (1 − fall · d) + slope · d
+//!        ╱ │        fall   = gradient of the weight of u and v together
+//!       ╱ ·d        slope  = gradient of what they contribute
 //!  centre──u
 //! ```
-//! All is multiplied by the triangle's area, so that only the height itself needs a division.
 
 use glam::DVec2;
 
@@ -28,22 +27,38 @@ pub(crate) struct Fan {
     is_closed: bool,
 }
 
+/// An outer corner, and the triangle to the next one.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     offset: DVec2,
     /// Metres. A flat triangle hangs below the straight interpolation of its corners; it does not where these are dropped
     /// by the sagitta.
     height: f64,
-    /// Of the triangle with the next corner, doubled.
+    /// Doubled.
     area: f64,
+    /// Found when a sample asks for it: most fans are done with at their first samples.
+    gradients: Option<Gradients>,
 }
 
-/// A sample's triangle, and the weights of its outer corners times its area.
-#[derive(Clone, Copy)]
-struct Seat {
-    sector: usize,
-    first: f64,
-    second: f64,
+/// How a triangle changes with the offset from the centre.
+#[derive(Clone, Copy, Debug)]
+struct Gradients {
+    /// By which the centre's weight falls, from 1 at the centre.
+    fall: DVec2,
+    /// Of the height, where the centre's is 0.
+    slope: DVec2,
+}
+
+impl Gradients {
+    fn new(from: &Corner, to: &Corner) -> Self {
+        let per_area = 1.0 / from.area;
+        let first = to.offset.perp() * -per_area;
+        let second = from.offset.perp() * per_area;
+        Self {
+            fall: first + second,
+            slope: first * from.height + second * to.height,
+        }
+    }
 }
 
 impl Fan {
@@ -59,34 +74,39 @@ impl Fan {
         let mut is_upright = true;
         for point in ring.iter().chain(ring.first().filter(|_| is_closed)) {
             let offset = (point.grid - centre) * self.mirror;
+            let corner = Corner {
+                offset,
+                height: point.height - self.curvature.dot(offset * offset),
+                area: 0.0,
+                gradients: None,
+            };
             if let Some(before) = self.corners.last_mut() {
                 before.area = before.offset.perp_dot(offset);
                 is_upright &= before.area > 0.0;
             }
-            let height = point.height - self.curvature.dot(offset * offset);
-            self.corners.push(Corner {
-                offset,
-                height,
-                area: 0.0,
-            });
+            self.corners.push(corner);
         }
         is_upright
     }
 
-    /// Constrains the centre's height by samples, those under the fan, and tells whether all looked at were. Where no height
-    /// is left the sample at fault comes first from then on: it will be at fault again for a centre next to this one.
-    pub(crate) fn constrain(&self, samples: &mut [Sample], interval: &mut Interval) -> bool {
+    /// Constrains the centre's height by samples, those under the fan, and lets them count in the least squares; tells whether
+    /// all looked at were under it. Where no height is left the sample at fault comes first from then on: it will be at fault
+    /// again for a centre next to this one.
+    pub(crate) fn constrain(&mut self, samples: &mut [Sample], interval: &mut Interval) -> bool {
         let mut guess = 0;
         let mut is_whole = true;
         for index in 0..samples.len() {
             let offset = (samples[index].at - self.centre) * self.mirror;
-            let Some(seat) = self.seat(offset, guess) else {
+            let Some(sector) = self.sector(offset, guess) else {
                 is_whole = false;
                 continue;
             };
-            guess = seat.sector;
-            let (weight, target, area) = self.scaled(&seat, offset, samples[index].height);
-            interval.constrain(weight, target, area);
+            guess = sector;
+            let Gradients { fall, slope } = self.gradients(sector);
+            let weight = 1.0 - fall.dot(offset);
+            let target = samples[index].height - self.curvature.dot(offset * offset) - slope.dot(offset);
+            interval.constrain(weight, target);
+            interval.add_square(weight, target);
             if interval.is_empty() {
                 samples.swap(0, index);
                 break;
@@ -95,73 +115,51 @@ impl Fan {
         is_whole
     }
 
-    /// Lets samples count in the least squares.
-    pub(crate) fn add_squares(&self, samples: &[Sample], interval: &mut Interval) {
-        let mut guess = 0;
-        for sample in samples {
-            let offset = (sample.at - self.centre) * self.mirror;
-            if let Some(seat) = self.seat(offset, guess) {
-                guess = seat.sector;
-                let (weight, target, area) = self.scaled(&seat, offset, sample.height);
-                interval.add_square(weight / area, target / area);
-            }
-        }
-    }
-
     /// Number of the triangle that a sample lies in; `guess` is where to look first, since neighbours come together.
     pub(crate) fn sector_of(&self, sample: &Sample, guess: usize) -> Option<usize> {
-        self.seat((sample.at - self.centre) * self.mirror, guess)
-            .map(|seat| seat.sector)
-    }
-
-    /// The centre's weight and the height that a centre at 0 leaves to be reached, both times the area, and the area.
-    #[inline(always)]
-    fn scaled(&self, seat: &Seat, offset: DVec2, height: f64) -> (f64, f64, f64) {
-        let &Seat { sector, first, second } = seat;
-        let (u, v) = (&self.corners[sector], &self.corners[sector + 1]);
-        let dropped = height - self.curvature.dot(offset * offset);
-        (
-            u.area - first - second,
-            dropped * u.area - first * u.height - second * v.height,
-            u.area,
-        )
+        self.sector((sample.at - self.centre) * self.mirror, guess)
     }
 
     #[inline(always)]
-    fn seat(&self, offset: DVec2, guess: usize) -> Option<Seat> {
+    fn gradients(&mut self, sector: usize) -> Gradients {
+        if let Some(known) = self.corners[sector].gradients {
+            return known;
+        }
+        let found = Gradients::new(&self.corners[sector], &self.corners[sector + 1]);
+        self.corners[sector].gradients = Some(found);
+        found
+    }
+
+    #[inline(always)]
+    fn sector(&self, offset: DVec2, guess: usize) -> Option<usize> {
         let count = self.corners.len() - 1;
         let mut sector = guess;
         for _ in 0..count {
-            let second = self.corners[sector].offset.perp_dot(offset);
-            let first = offset.perp_dot(self.corners[sector + 1].offset);
-            if second < 0.0 {
+            if self.corners[sector].offset.perp_dot(offset) < 0.0 {
                 sector = if sector > 0 { sector } else { count } - 1;
-            } else if first < 0.0 {
+            } else if offset.perp_dot(self.corners[sector + 1].offset) < 0.0 {
                 sector = if sector + 1 < count { sector + 1 } else { 0 };
             } else if self.corners[sector].area > 0.0 {
-                return Some(Seat { sector, first, second });
+                return Some(sector);
             } else {
                 break;
             }
         }
-        self.nearest_seat(offset)
+        self.nearest_sector(offset)
     }
 
     /// The triangle that a point is least outside of, where rounding or the bend of a map projection puts it beside its
     /// own; none if it is further off, and nothing else is there.
     #[cold]
-    fn nearest_seat(&self, offset: DVec2) -> Option<Seat> {
-        let outside = |seat: &Seat| {
-            let reach = |corner: usize| ON_A_LINE * self.corners[corner].offset.abs().element_sum();
-            (-seat.second - reach(seat.sector)).max(-seat.first - reach(seat.sector + 1))
+    fn nearest_sector(&self, offset: DVec2) -> Option<usize> {
+        let reach = |corner: &Corner| ON_A_LINE * corner.offset.abs().element_sum();
+        let outside = |sector: usize| {
+            let [from, to] = [&self.corners[sector], &self.corners[sector + 1]];
+            let [before, after] = [from.offset.perp_dot(offset), offset.perp_dot(to.offset)];
+            (-before - reach(from)).max(-after - reach(to))
         };
         let upright = (0..self.corners.len() - 1).filter(|&sector| self.corners[sector].area > 0.0);
-        let seats = upright.map(|sector| Seat {
-            sector,
-            first: offset.perp_dot(self.corners[sector + 1].offset),
-            second: self.corners[sector].offset.perp_dot(offset),
-        });
-        let nearest = seats.min_by(|a, b| outside(a).total_cmp(&outside(b)))?;
-        (self.is_closed || outside(&nearest) <= 0.0).then_some(nearest)
+        let nearest = upright.min_by(|&a, &b| outside(a).total_cmp(&outside(b)))?;
+        (self.is_closed || outside(nearest) <= 0.0).then_some(nearest)
     }
 }

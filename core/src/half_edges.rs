@@ -79,6 +79,42 @@ impl HalfEdges {
         }
     }
 
+    /// The same with the vertices of `order` alone, numbered in that order, and triangles in the order in which those see
+    /// them first.
+    pub(crate) fn in_order(self, order: &[u32]) -> Self {
+        let triangles = self.triangles_around(order);
+        let vertex_numbers = numbers(order, self.leaving.len());
+        let triangle_numbers = numbers(&triangles, self.triangle_slots() as usize);
+        let moved = |edge: u32| match edge {
+            NONE => NONE,
+            edge => 3 * triangle_numbers[edge as usize / 3] + edge % 3,
+        };
+        let edges = || triangles.iter().flat_map(|&triangle| edges_of(triangle));
+        let Self {
+            origins,
+            twins,
+            leaving,
+        } = self;
+        let in_order = |values: Vec<u32>, new: &dyn Fn(u32) -> u32| -> Vec<u32> {
+            edges().map(|edge| new(values[edge as usize])).collect()
+        };
+        Self {
+            origins: in_order(origins, &|vertex| vertex_numbers[vertex as usize]),
+            twins: in_order(twins, &moved),
+            leaving: order.iter().map(|&vertex| moved(leaving[vertex as usize])).collect(),
+        }
+    }
+
+    /// All triangles: first those around the first vertex, then further ones around the second …; at last those that no
+    /// walk around a vertex sees.
+    fn triangles_around(&self, vertices: &[u32]) -> Vec<u32> {
+        let mut is_listed = vec![false; self.triangle_slots() as usize];
+        let around = vertices.iter().flat_map(|&vertex| self.leaving(vertex)).map(|edge| edge / 3);
+        let all = around.chain((0..self.triangle_slots()).filter(|&triangle| self.corners(triangle).is_some()));
+        all.filter(|&triangle| !std::mem::replace(&mut is_listed[triangle as usize], true))
+            .collect()
+    }
+
     pub(crate) fn triangle_slots(&self) -> u32 {
         (self.origins.len() / 3) as u32
     }
@@ -347,6 +383,15 @@ impl HalfEdges {
             self.twins[removed as usize] = NONE;
         }
     }
+}
+
+/// The place in `order` of each of `count` indices, or [`NONE`].
+fn numbers(order: &[u32], count: usize) -> Vec<u32> {
+    let mut numbers = vec![NONE; count];
+    for (number, &index) in (0..).zip(order) {
+        numbers[index as usize] = number;
+    }
+    numbers
 }
 
 /// Walks around a vertex, counter-clockwise.

@@ -55,7 +55,7 @@ impl Simplifier<'_> {
         if !self.may_swap([a, b, c, d]) {
             return;
         }
-        scratch.samples.clear();
+        scratch.clear_samples();
         for triangle in [edge / 3, twin / 3] {
             self.samples
                 .gather(self.surface.reference, triangle, &mut scratch.samples);
@@ -113,7 +113,7 @@ impl Simplifier<'_> {
         if self.kinds[vertex as usize] != VertexKind::Free || !self.surface.connectivity.is_live(vertex) {
             return;
         }
-        scratch.samples.clear();
+        scratch.clear_samples();
         self.gather_around(vertex, &mut scratch.samples);
         scratch.ring.surround(&self.surface, vertex);
         let start = self.surface.plan[vertex as usize];
@@ -124,8 +124,7 @@ impl Simplifier<'_> {
         if best.squares >= present.squares * GAIN {
             return;
         }
-        scratch.samples.clear();
-        self.lift_samples(vertex, scratch);
+        self.clear_samples(vertex);
         self.surface.plan[vertex as usize] = best.plan;
         self.surface.points[vertex as usize] = best.point;
         self.lay_samples(vertex, scratch);

@@ -47,14 +47,18 @@ impl Interval {
         self.low > self.high
     }
 
-    /// `weight · height` must come within `scale` tolerances of `target`.
     #[inline(always)]
-    pub(crate) fn constrain(&mut self, weight: f64, target: f64, scale: f64) {
+    pub(crate) fn is_single(&self) -> bool {
+        self.low == self.high
+    }
+
+    /// `weight · height` must come within the tolerance of `target`.
+    #[inline(always)]
+    pub(crate) fn constrain(&mut self, weight: f64, target: f64) {
         // A weight of nearly nothing leaves nothing or everything allowed, by the sign of what is left of the tolerance.
-        let least = LEAST_WEIGHT * scale;
-        let height_per_unit = 1.0 / if weight > least { weight } else { least };
-        let reach = self.tolerance * scale;
-        let (low, high) = ((target - reach) * height_per_unit, (target + reach) * height_per_unit);
+        let height_per_unit = 1.0 / if weight > LEAST_WEIGHT { weight } else { LEAST_WEIGHT };
+        let low = (target - self.tolerance) * height_per_unit;
+        let high = (target + self.tolerance) * height_per_unit;
         self.low = if low > self.low { low } else { self.low };
         self.high = if high < self.high { high } else { self.high };
     }
@@ -73,7 +77,7 @@ impl Interval {
         if self.is_empty() {
             return None;
         }
-        if self.low == self.high {
+        if self.is_single() {
             return Some(self.low);
         }
         let fitted = if self.weights > 0.0 {
@@ -100,9 +104,24 @@ impl Interval {
         self.squares - 2.0 * height * self.weighted + height * height * self.weights
     }
 
-    /// Constrains the vertex at `centre` by the surface along its edge to `end`, at the ends and the middle of each piece;
-    /// notes the pieces, with the height at the end, for an exact check of the height found.
-    pub(crate) fn constrain_by_edge(
+    /// Constrains the vertex at `centre` by the surface along its edges to `ends`, at the ends and the middle of each piece,
+    /// until no height is left; notes the pieces, with the height at the end, for an exact check of the height found.
+    pub(crate) fn constrain_by_edges(
+        &mut self,
+        reference: &Reference,
+        centre: DVec2,
+        ends: &[GridPoint],
+        pieces: &mut Vec<(Piece, f64)>,
+    ) {
+        for &end in ends {
+            if self.is_empty() {
+                return;
+            }
+            self.constrain_by_edge(reference, centre, end, pieces);
+        }
+    }
+
+    fn constrain_by_edge(
         &mut self,
         reference: &Reference,
         centre: DVec2,
@@ -113,10 +132,10 @@ impl Interval {
         reference.visit_pieces(centre, end.grid, |piece| {
             let middle = (piece.start + piece.end) / 2.0;
             if piece.start != passed {
-                self.constrain(1.0 - piece.start, piece.first - piece.start * end.height, 1.0);
+                self.constrain(1.0 - piece.start, piece.first - piece.start * end.height);
             }
-            self.constrain(1.0 - middle, piece.middle() - middle * end.height, 1.0);
-            self.constrain(1.0 - piece.end, piece.last - piece.end * end.height, 1.0);
+            self.constrain(1.0 - middle, piece.middle() - middle * end.height);
+            self.constrain(1.0 - piece.end, piece.last - piece.end * end.height);
             self.add_square(1.0 - piece.end, piece.last - piece.end * end.height);
             self.add_square(1.0 - middle, piece.middle() - middle * end.height);
             passed = piece.end;
@@ -132,7 +151,7 @@ impl Interval {
             if piece.deviation(height, *end) > self.tolerance {
                 has_failed = true;
                 let (t, target) = piece.summit_from(height, *end);
-                self.constrain(1.0 - t, target - t * end, 1.0);
+                self.constrain(1.0 - t, target - t * end);
             }
         }
         has_failed

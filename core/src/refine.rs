@@ -85,7 +85,9 @@ pub fn refine(surface: &mut Surface, refinement: Refinement) {
         unsettled: Vec::new(),
     };
     refiner.seed();
-    (0..refiner.surface.connectivity.triangle_slots()).for_each(|triangle| refiner.suspect(triangle));
+    let slots = refiner.surface.connectivity.triangle_slots();
+    refiner.is_suspect.resize(slots as usize, false);
+    (0..slots).for_each(|triangle| refiner.suspect(triangle));
     while refiner.round() {}
 }
 
@@ -169,8 +171,6 @@ impl Refiner<'_, '_> {
     }
 
     fn suspect(&mut self, triangle: u32) {
-        self.is_suspect
-            .resize(self.surface.connectivity.triangle_slots() as usize, false);
         if !std::mem::replace(&mut self.is_suspect[triangle as usize], true) {
             self.suspects.push(triangle);
         }
@@ -210,7 +210,7 @@ impl Refiner<'_, '_> {
         };
         let points = corners.map(|corner| self.surface.point(corner));
         let at_samples = self.surface.reference.triangle_deviation(points);
-        if at_samples.size > self.refinement.tolerance {
+        if at_samples.size > self.refinement.tolerance || self.surface.reference.bound == Bound::Samples {
             return at_samples;
         }
         let is_counted = |&edge: &u32| {
@@ -311,6 +311,8 @@ impl Refiner<'_, '_> {
             }
         }
         unsettled.extend(self.surface.connectivity.leaving(vertex));
+        self.is_suspect
+            .resize(self.surface.connectivity.triangle_slots() as usize, false);
         unsettled.drain(..).for_each(|edge| self.suspect(edge / 3));
         self.unsettled = unsettled;
     }

@@ -88,7 +88,7 @@ impl SampleLists {
 #[derive(Clone, Copy, Debug, Default)]
 struct Window {
     /// Column and row.
-    first: [usize; 2],
+    first: [u32; 2],
     columns: usize,
     /// 2^64 over the columns, rounded up.
     per_column: u64,
@@ -99,7 +99,7 @@ impl Window {
         // The reciprocal of 1 would not fit.
         let width = columns.len().max(2);
         Self {
-            first: [columns.start, rows.start],
+            first: [columns.start as u32, rows.start as u32],
             columns: width,
             per_column: u64::MAX / width as u64 + 1,
         }
@@ -109,12 +109,12 @@ impl Window {
     fn sample(&self, reference: &Reference, index: u32) -> Sample {
         // The upper half of a product instead of a division, which takes several times as long: exact for 32 bits (D. Lemire
         // et al., Faster remainder by direct computation, 2019).
-        let down = ((u128::from(self.per_column) * u128::from(index)) >> 64) as usize;
-        let across = index as usize - down * self.columns;
+        let down = ((u128::from(self.per_column) * u128::from(index)) >> 64) as u32;
+        let across = index - down * self.columns as u32;
         let (column, row) = (across + self.first[0], down + self.first[1]);
         Sample {
-            at: DVec2::new(column as f64, row as f64),
-            height: reference.sample(column, row),
+            at: DVec2::new(f64::from(column), f64::from(row)),
+            height: reference.sample(column as usize, row as usize),
             index,
         }
     }
@@ -122,7 +122,7 @@ impl Window {
     fn visit_under(&self, reference: &Reference, corners: [DVec2; 3], mut visit: impl FnMut(Sample)) {
         scan::visit_rows(corners, [reference.columns, reference.rows], |row, columns| {
             for column in columns {
-                let index = (row - self.first[1]) * self.columns + column - self.first[0];
+                let index = (row - self.first[1] as usize) * self.columns + column - self.first[0] as usize;
                 let sample = self.sample(reference, index as u32);
                 if !sample.height.is_nan() {
                     visit(sample);

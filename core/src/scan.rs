@@ -76,7 +76,7 @@ pub(crate) fn visit_rows(corners: [DVec2; 3], size: [usize; 2], mut visit: impl 
     for row in rows {
         let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
         for side in &sides {
-            side.widen(row as f64, &mut from, &mut to);
+            side.widen(row as i64 as f64, &mut from, &mut to);
         }
         if from <= to {
             visit(row, whole_numbers(from, to, size[0]));
@@ -113,19 +113,19 @@ impl Inside {
     }
 
     fn columns(&self, row: usize, candidates: Range<usize>) -> Range<usize> {
-        let down = row as f64 - self.origin.y;
-        let (second_at_row, third_at_row) = (self.of_second.y * down, self.of_third.y * down);
+        // Signed numbers become doubles with one instruction, unsigned ones with five.
+        let start = DVec2::new(candidates.start as i64 as f64, row as i64 as f64) - self.origin;
+        let (mut second, mut third) = (self.of_second.dot(start), self.of_third.dot(start));
         let mut found = 0..0;
         for column in candidates {
-            let across = column as f64 - self.origin.x;
-            let second = second_at_row + self.of_second.x * across;
-            let third = third_at_row + self.of_third.x * across;
             if second >= self.slack && third >= self.slack && 1.0 - second - third >= self.slack {
                 if found.is_empty() {
                     found.start = column;
                 }
                 found.end = column + 1;
             }
+            second += self.of_second.x;
+            third += self.of_third.x;
         }
         found
     }
@@ -139,8 +139,9 @@ pub(crate) fn whole_numbers(low: f64, high: f64, count: usize) -> Range<usize> {
     }
     // Truncation is many times faster than `ceil` and `floor` where the processor has no instruction for them.
     let first = (low - ON_A_LINE).max(-0.5);
-    let begin = first as usize + usize::from(first > (first as usize) as f64);
-    let end = ((high + ON_A_LINE + 1.0).max(0.0) as usize).min(count);
+    let whole = first as i64;
+    let begin = whole as usize + usize::from(first > whole as f64);
+    let end = ((high + ON_A_LINE + 1.0).max(0.0) as i64 as usize).min(count);
     begin..end.max(begin)
 }
 

@@ -178,7 +178,7 @@ impl<'a> Simplifier<'a> {
         self.round += 1;
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.around_blue.surround(&self.surface, blue);
-        scratch.samples.clear();
+        scratch.clear_samples();
         self.gather_around(blue, &mut scratch.samples);
         let allowance = Allowance {
             vertical: tolerance,
@@ -270,7 +270,7 @@ impl<'a> Simplifier<'a> {
             return false;
         }
         self.worth_a_try[blue as usize] = false;
-        scratch.samples.clear();
+        scratch.clear_samples();
         self.gather_around(blue, &mut scratch.samples);
         let mut nearest_first = std::mem::take(&mut scratch.nearest_first);
         self.sort_by_distance(blue, &scratch.around_blue, &mut nearest_first);

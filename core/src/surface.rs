@@ -9,9 +9,6 @@ use crate::mesh::{Mesh, plan_orientation};
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
 use crate::scan;
 
-/// Cells of the Morton curve in a cell of the grid.
-const MORTON_CELLS: f64 = 16.0;
-
 /// A mesh over a reference surface.
 #[derive(Clone, Debug)]
 pub struct Surface<'a> {
@@ -64,41 +61,23 @@ impl<'a> Surface<'a> {
     #[must_use]
     pub fn in_memory_order(self) -> Self {
         let order = self.morton_order();
-        let mut numbers = vec![u32::MAX; self.plan.len()];
-        for (number, &vertex) in (0..).zip(&order) {
-            numbers[vertex as usize] = number;
-        }
-        let Self {
-            reference,
-            connectivity,
-            plan,
-            points,
-        } = self;
-        let live = (0..connectivity.triangle_slots()).filter_map(|triangle| connectivity.corners(triangle));
-        let mut triangles: Vec<[u32; 3]> = live
-            .map(|corners| corners.map(|corner| numbers[corner as usize]))
-            .collect();
-        // What is done with goes before the next is made: this is where a surface needs most memory.
-        drop((connectivity, numbers));
-        triangles.sort_unstable_by_key(|&[a, b, c]| a.min(b).min(c));
-        let plan = permuted(plan, &order);
-        let points = permuted(points, &order);
-        let connectivity = HalfEdges::new(order.len(), triangles);
+        // One array after the other, so that two of one kind never stand beside those of all other kinds.
         Self {
-            reference,
-            connectivity,
-            plan,
-            points,
+            reference: self.reference,
+            plan: permuted(self.plan, &order),
+            points: permuted(self.points, &order),
+            connectivity: self.connectivity.in_order(&order),
         }
     }
 
-    /// Live vertices along a Morton curve through a fine grid.
+    /// Live vertices along a Morton curve through the grid.
     fn morton_order(&self) -> Vec<u32> {
-        let code = |vertex: u32| morton_code(self.point(vertex).grid);
+        let code = |vertex: u32| u64::from(morton_code(self.point(vertex).grid));
         let live = (0..self.plan.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex));
-        let mut coded: Vec<(u64, u32)> = live.map(|vertex| (code(vertex), vertex)).collect();
+        // One number each of code and vertex: half as long to sort as pairs.
+        let mut coded: Vec<u64> = live.map(|vertex| (code(vertex) << 32) | u64::from(vertex)).collect();
         coded.sort_unstable();
-        coded.into_iter().map(|(_, vertex)| vertex).collect()
+        coded.into_iter().map(|coded| coded as u32).collect()
     }
 
     /// Columns and rows of the samples that the surface may cover.
@@ -171,22 +150,16 @@ fn permuted<T: Copy>(values: Vec<T>, order: &[u32]) -> Vec<T> {
     order.iter().map(|&index| values[index as usize]).collect()
 }
 
-/// Where a point of the grid is along a Morton curve.
-pub(crate) fn morton_code(grid: DVec2) -> u64 {
-    let place = grid.max(DVec2::ZERO) * MORTON_CELLS;
-    interleaved(place.x as u32) | (interleaved(place.y as u32) << 1)
+/// Where a point of the grid is along a Morton curve through the samples; all beyond the last ones that it can tell apart
+/// are as good as these.
+pub(crate) fn morton_code(grid: DVec2) -> u32 {
+    interleaved(grid.x as u16) | (interleaved(grid.y as u16) << 1)
 }
 
 /// The bits of a number, each with a 0 before it.
-fn interleaved(number: u32) -> u64 {
-    const STEPS: [(u32, u64); 5] = [
-        (16, 0x0000_ffff_0000_ffff),
-        (8, 0x00ff_00ff_00ff_00ff),
-        (4, 0x0f0f_0f0f_0f0f_0f0f),
-        (2, 0x3333_3333_3333_3333),
-        (1, 0x5555_5555_5555_5555),
-    ];
-    STEPS.iter().fold(u64::from(number), |bits, &(shift, mask)| {
+fn interleaved(number: u16) -> u32 {
+    const STEPS: [(u32, u32); 4] = [(8, 0x00ff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)];
+    STEPS.iter().fold(u32::from(number), |bits, &(shift, mask)| {
         (bits | (bits << shift)) & mask
     })
 }
