@@ -61,8 +61,8 @@ impl Ring {
 
     pub(crate) fn push(&mut self, surface: &Surface, vertex: u32) {
         self.vertices.push(vertex);
-        self.plan.push(surface.plan[vertex as usize]);
-        self.points.push(surface.points[vertex as usize]);
+        self.plan.push(surface.plan(vertex));
+        self.points.push(surface.point(vertex));
     }
 
     /// Becomes the ring around a vertex of a surface.
@@ -70,9 +70,8 @@ impl Ring {
         self.clear(false);
         surface.connectivity.ring(vertex, &mut self.vertices);
         self.is_closed = !self.vertices.is_empty() && !surface.connectivity.is_boundary(vertex);
-        let places = self.vertices.iter().map(|&other| other as usize);
-        self.plan.extend(places.clone().map(|other| surface.plan[other]));
-        self.points.extend(places.map(|other| surface.points[other]));
+        self.plan.extend(self.vertices.iter().map(|&other| surface.plan(other)));
+        self.points.extend(self.vertices.iter().map(|&other| surface.point(other)));
     }
 
     /// Appends `count` vertices of another ring from the one numbered `first` on, and after its last one its first.
@@ -157,7 +156,7 @@ impl Simplifier<'_> {
         self.surround(edge, scratch);
         if strays > 0.0 {
             scratch.samples.clear();
-            self.gather_under(self.surface.points[edge.red as usize].grid, scratch);
+            self.gather_under(self.surface.grid(edge.red), scratch);
         }
         scratch.others.clear();
         scratch.has_others = strays > 0.0 || self.keeps_height(edge.red);
@@ -191,8 +190,7 @@ impl Simplifier<'_> {
 
     /// What the samples around blue allow red to do where it is. Its triangles cover blue's then, whatever else is around.
     fn seen_from_red(&self, edge: Edge, tolerance: f64, scratch: &mut Scratch) -> Seen {
-        let red = edge.red as usize;
-        let (plan, grid) = (self.surface.plan[red], self.surface.points[red].grid);
+        let (plan, grid) = (self.surface.plan(edge.red), self.surface.grid(edge.red));
         let mut interval = self.interval_of(edge.red, true, tolerance);
         scratch.surround_blue(edge);
         if !scratch.spread(self.surface.reference, plan, grid) {
@@ -238,16 +236,16 @@ impl Simplifier<'_> {
 
     /// The place of some number where the red vertex might go.
     fn place(&self, edge: Edge, number: usize) -> Option<(DVec2, DVec2)> {
-        let (blue, red) = (edge.blue as usize, edge.red as usize);
+        let Edge { blue, red, .. } = edge;
         let share = self.quality.places()[number];
         if share == 0.0 {
-            return Some((self.surface.plan[red], self.surface.points[red].grid));
+            return Some((self.surface.plan(red), self.surface.grid(red)));
         }
-        let are_free = self.kinds[blue] == VertexKind::Free && self.kinds[red] == VertexKind::Free;
+        let are_free = [blue, red].map(|end| self.kinds[end as usize]) == [VertexKind::Free; 2];
         // The middle is the same from both ends: the later of the two leaves it to the other.
-        let is_left_to_red = share == 0.5 && edge.red < edge.blue && self.worth_a_try[red];
+        let is_left_to_red = share == 0.5 && red < blue && self.worth_a_try[red as usize];
         (are_free && !is_left_to_red).then(|| {
-            let plan = self.surface.plan[red].lerp(self.surface.plan[blue], share).round();
+            let plan = self.surface.plan(red).lerp(self.surface.plan(blue), share).round();
             (plan, self.surface.reference.plan.grid(plan))
         })
     }
@@ -316,7 +314,7 @@ impl Simplifier<'_> {
     /// The heights that a red vertex may have, whatever is around it.
     fn interval_of(&self, red: u32, is_at_its_place: bool, tolerance: f64) -> Interval {
         let keeps = is_at_its_place && self.keeps_height(red);
-        Interval::new(tolerance, keeps.then(|| self.surface.points[red as usize].height))
+        Interval::new(tolerance, keeps.then(|| self.surface.height(red)))
     }
 
     /// Keeps a vertex near the surface at its place. Where the bound is at samples, only that keeps it from standing out like
@@ -385,8 +383,7 @@ impl Simplifier<'_> {
             self.clear_samples(red);
         }
         self.surface.connectivity.collapse(blue, red);
-        self.surface.plan[red as usize] = place.plan;
-        self.surface.points[red as usize] = place.point;
+        self.surface.put(red, place.plan, place.point);
         self.outline.remove(blue);
         self.outline_strayed = self.outline_strayed.max(strays);
         if strays > 0.0 {
@@ -417,7 +414,7 @@ impl Simplifier<'_> {
         ring.surround(&self.surface, vertex);
         spokes.clear();
         spokes.extend(self.surface.connectivity.leaving(vertex));
-        let centre = self.surface.points[vertex as usize].grid;
+        let centre = self.surface.grid(vertex);
         fan.spread(self.surface.reference, centre, &ring.points, ring.is_closed);
         let mut at = 0;
         for sample in samples.iter().chain(others.iter()) {

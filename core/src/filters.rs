@@ -9,7 +9,7 @@ use crate::surface::Surface;
 
 /// The table of [`VertexKind`].
 pub(crate) fn kinds_allow(surface: &Surface, kinds: &[VertexKind], edge: Edge) -> bool {
-    let (from, to) = (surface.plan[edge.blue as usize], surface.plan[edge.red as usize]);
+    let (from, to) = (surface.plan(edge.blue), surface.plan(edge.red));
     let target = kinds[edge.red as usize];
     match kinds[edge.blue as usize] {
         _ if target == VertexKind::Border => false,

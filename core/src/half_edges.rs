@@ -80,29 +80,29 @@ impl HalfEdges {
     }
 
     /// The same with the vertices of `order` alone, numbered in that order, and triangles in the order in which those see
-    /// them first.
-    pub(crate) fn in_order(self, order: &[u32]) -> Self {
-        let triangles = self.triangles_around(order);
-        let vertex_numbers = numbers(order, self.leaving.len());
-        let triangle_numbers = numbers(&triangles, self.triangle_slots() as usize);
+    /// them first. In place: there is no second copy of anything.
+    pub(crate) fn in_order(mut self, order: &[u32]) -> Self {
+        let mut triangles = self.triangles_around(order);
+        let count = triangles.len();
+        triangles.extend((0..self.triangle_slots()).filter(|&triangle| self.corners(triangle).is_none()));
+        for edges in [&mut self.origins, &mut self.twins] {
+            permute(edges.as_chunks_mut::<3>().0, &triangles);
+            edges.truncate(3 * count);
+            edges.shrink_to_fit();
+        }
+        let numbers_of_triangles = inverse(&triangles, triangles.len());
+        drop(triangles);
         let moved = |edge: u32| match edge {
             NONE => NONE,
-            edge => 3 * triangle_numbers[edge as usize / 3] + edge % 3,
+            edge => 3 * numbers_of_triangles[edge as usize / 3] + edge % 3,
         };
-        let edges = || triangles.iter().flat_map(|&triangle| edges_of(triangle));
-        let Self {
-            origins,
-            twins,
-            leaving,
-        } = self;
-        let in_order = |values: Vec<u32>, new: &dyn Fn(u32) -> u32| -> Vec<u32> {
-            edges().map(|edge| new(values[edge as usize])).collect()
-        };
-        Self {
-            origins: in_order(origins, &|vertex| vertex_numbers[vertex as usize]),
-            twins: in_order(twins, &moved),
-            leaving: order.iter().map(|&vertex| moved(leaving[vertex as usize])).collect(),
-        }
+        self.twins.iter_mut().for_each(|twin| *twin = moved(*twin));
+        let numbers_of_vertices = inverse(order, self.leaving.len());
+        self.origins
+            .iter_mut()
+            .for_each(|origin| *origin = numbers_of_vertices[*origin as usize]);
+        self.leaving = order.iter().map(|&vertex| moved(self.leaving[vertex as usize])).collect();
+        self
     }
 
     /// All triangles: first those around the first vertex, then further ones around the second …; at last those that no
@@ -386,12 +386,25 @@ impl HalfEdges {
 }
 
 /// The place in `order` of each of `count` indices, or [`NONE`].
-fn numbers(order: &[u32], count: usize) -> Vec<u32> {
-    let mut numbers = vec![NONE; count];
-    for (number, &index) in (0..).zip(order) {
-        numbers[index as usize] = number;
+fn inverse(order: &[u32], count: usize) -> Vec<u32> {
+    let mut places = vec![NONE; count];
+    for (place, &index) in (0..).zip(order) {
+        places[index as usize] = place;
     }
-    numbers
+    places
+}
+
+/// Puts what was at `order[i]` at `i`, for a whole permutation, cycle by cycle.
+fn permute<T: Copy>(values: &mut [T], order: &[u32]) {
+    let mut is_done = vec![false; values.len()];
+    for start in 0..values.len() {
+        let (first, mut place) = (values[start], start);
+        while !std::mem::replace(&mut is_done[place], true) {
+            let from = order[place] as usize;
+            values[place] = if from == start { first } else { values[from] };
+            place = from;
+        }
+    }
 }
 
 /// Walks around a vertex, counter-clockwise.

@@ -77,7 +77,7 @@ impl Simplifier<'_> {
     /// Whether the edge `a → b` can become `c → d`: both triangles upright, no line of the strip or outline broken.
     fn may_swap(&self, [a, b, c, d]: [u32; 4]) -> bool {
         let kind = |vertex: u32| self.kinds[vertex as usize];
-        let plan = |vertex: u32| self.surface.plan[vertex as usize];
+        let plan = |vertex: u32| self.surface.plan(vertex);
         let least = self.shape.least_altitude;
         (kind(a) == VertexKind::Free || kind(b) == VertexKind::Free)
             && is_upright(plan(c), plan(a), plan(d), least)
@@ -116,8 +116,8 @@ impl Simplifier<'_> {
         scratch.clear_samples();
         self.gather_around(vertex, &mut scratch.samples);
         scratch.ring.surround(&self.surface, vertex);
-        let start = self.surface.plan[vertex as usize];
-        let Some(present) = self.fit(start, self.surface.points[vertex as usize].grid, tolerance, scratch) else {
+        let start = self.surface.plan(vertex);
+        let Some(present) = self.fit(start, self.surface.grid(vertex), tolerance, scratch) else {
             return;
         };
         let best = self.better_place(present, tolerance, step, scratch);
@@ -125,8 +125,7 @@ impl Simplifier<'_> {
             return;
         }
         self.clear_samples(vertex);
-        self.surface.plan[vertex as usize] = best.plan;
-        self.surface.points[vertex as usize] = best.point;
+        self.surface.put(vertex, best.plan, best.point);
         self.lay_samples(vertex, scratch);
         for &neighbour in &scratch.ring.vertices {
             self.try_again(neighbour);

@@ -38,6 +38,11 @@ impl PlanMap {
         self.handedness
     }
 
+    /// Whether columns and rows follow from a plan position by a few products, so that they need not be kept beside it.
+    pub(crate) fn is_affine(&self) -> bool {
+        self.to_grid.affine.is_some()
+    }
+
     /// Column and row under a plan position.
     #[must_use]
     pub fn grid(&self, plan: DVec2) -> DVec2 {
@@ -88,10 +93,15 @@ impl Bicubic {
         [self.nodes[0][0] - across * self.low.x - down * self.low.y, across, down]
     }
 
+    #[inline]
     fn at(&self, point: DVec2) -> DVec2 {
-        if let Some([origin, across, down]) = self.affine {
-            return origin + across * point.x + down * point.y;
+        match self.affine {
+            Some([origin, across, down]) => origin + across * point.x + down * point.y,
+            None => self.between_nodes(point),
         }
+    }
+
+    fn between_nodes(&self, point: DVec2) -> DVec2 {
         let place = (point - self.low) / self.step;
         let (across, down) = (lagrange(place.x), lagrange(place.y));
         let mut sum = DVec2::ZERO;

@@ -20,7 +20,7 @@ use std::ops::Range;
 use glam::DVec2;
 
 use crate::half_edges::{NONE, edges_of, next, previous};
-use crate::reference::{Bound, Deviation, GridPoint};
+use crate::reference::{Bound, Deviation};
 use crate::surface::{Surface, morton_code};
 use crate::triangulate::stepped;
 
@@ -197,7 +197,7 @@ impl Refiner<'_, '_> {
     fn on_edge(&self, edge: u32, plan: DVec2) -> DVec2 {
         let connectivity = &self.surface.connectivity;
         let [from, to] =
-            [connectivity.origin(edge), connectivity.end(edge)].map(|vertex| self.surface.plan[vertex as usize]);
+            [connectivity.origin(edge), connectivity.end(edge)].map(|vertex| self.surface.plan(vertex));
         let along = to - from;
         from + along * ((plan - from).dot(along) / along.length_squared())
     }
@@ -228,7 +228,7 @@ impl Refiner<'_, '_> {
     fn along(&self, edge: u32) -> Deviation {
         let connectivity = &self.surface.connectivity;
         let [from, to] = [connectivity.origin(edge), connectivity.end(edge)];
-        let [start, end] = [from, to].map(|vertex| self.surface.plan[vertex as usize]);
+        let [start, end] = [from, to].map(|vertex| self.surface.plan(vertex));
         let is_given = self.refinement.frame.is_some_and(|frame| frame.along_side(start, end));
         if self.surface.reference.bound == Bound::Samples || is_given {
             return Deviation::NONE;
@@ -261,11 +261,7 @@ impl Refiner<'_, '_> {
         } else {
             self.surface.connectivity.split_triangle(edge / 3)
         };
-        self.surface.plan.push(plan);
-        self.surface.points.push(GridPoint {
-            grid,
-            height: stepped(height, self.refinement.height_step),
-        });
+        self.surface.push(plan, stepped(height, self.refinement.height_step));
         self.settle(vertex);
         true
     }
@@ -324,7 +320,7 @@ impl Refiner<'_, '_> {
         }
         let [a, b, c, d] = connectivity
             .quadrilateral(edge)
-            .map(|vertex| self.surface.plan[vertex as usize]);
+            .map(|vertex| self.surface.plan(vertex));
         let is_given = self.refinement.frame.is_some_and(|frame| frame.along_inner_line(a, b));
         !is_given && is_in_circle([a, b, c, d])
     }

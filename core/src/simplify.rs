@@ -293,7 +293,7 @@ impl<'a> Simplifier<'a> {
     }
 
     fn sort_by_distance(&self, centre: u32, around: &Ring, sorted: &mut Vec<(f64, u32, usize)>) {
-        let at = self.surface.plan[centre as usize];
+        let at = self.surface.plan(centre);
         let distances = around.plan.iter().map(|plan| plan.distance_squared(at));
         let numbered = distances.zip(&around.vertices).enumerate();
         sorted.clear();

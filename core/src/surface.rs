@@ -15,26 +15,28 @@ pub struct Surface<'a> {
     pub(crate) reference: &'a Reference<'a>,
     pub(crate) connectivity: HalfEdges,
     /// Plan coordinates.
-    pub(crate) plan: Vec<DVec2>,
-    /// Where they are on the grid, and metres.
-    pub(crate) points: Vec<GridPoint>,
+    plan: Vec<DVec2>,
+    /// Metres.
+    heights: Vec<f64>,
+    /// Where vertices are on the grid; empty where that is quickly computed.
+    grid: Vec<DVec2>,
 }
 
 impl<'a> Surface<'a> {
     /// Takes over a mesh whose positions are plan coordinates of `reference` and heights in metres.
     #[must_use]
     pub fn new(mesh: &Mesh, reference: &'a Reference<'a>) -> Self {
-        let plan: Vec<DVec2> = mesh.positions.iter().map(|position| position.truncate()).collect();
-        let point = |(&plan, height): (&DVec2, f64)| GridPoint {
-            grid: reference.plan.grid(plan),
-            height,
-        };
-        Self {
+        let mut surface = Self {
             reference,
-            connectivity: HalfEdges::new(plan.len(), mesh.triangles.clone()),
-            points: plan.iter().zip(mesh.positions.iter().map(|p| p.z)).map(point).collect(),
-            plan,
+            connectivity: HalfEdges::new(mesh.positions.len(), mesh.triangles.clone()),
+            plan: Vec::new(),
+            heights: Vec::new(),
+            grid: Vec::new(),
+        };
+        for position in &mesh.positions {
+            surface.push(position.truncate(), position.z);
         }
+        surface
     }
 
     /// The mesh as it is now, its vertices renumbered in order, and the number that each had here.
@@ -65,14 +67,19 @@ impl<'a> Surface<'a> {
         Self {
             reference: self.reference,
             plan: permuted(self.plan, &order),
-            points: permuted(self.points, &order),
+            heights: permuted(self.heights, &order),
+            grid: if self.grid.is_empty() {
+                self.grid
+            } else {
+                permuted(self.grid, &order)
+            },
             connectivity: self.connectivity.in_order(&order),
         }
     }
 
     /// Live vertices along a Morton curve through the grid.
     fn morton_order(&self) -> Vec<u32> {
-        let code = |vertex: u32| u64::from(morton_code(self.point(vertex).grid));
+        let code = |vertex: u32| u64::from(morton_code(self.grid(vertex)));
         let live = (0..self.plan.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex));
         // One number each of code and vertex: half as long to sort as pairs.
         let mut coded: Vec<u64> = live.map(|vertex| (code(vertex) << 32) | u64::from(vertex)).collect();
@@ -83,8 +90,10 @@ impl<'a> Surface<'a> {
     /// Columns and rows of the samples that the surface may cover.
     pub(crate) fn window(&self) -> [Range<usize>; 2] {
         let nowhere = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let (low, high) = self.points.iter().fold(nowhere, |(low, high), point| {
-            (low.min(point.grid), high.max(point.grid))
+        let vertices = 0..self.plan.len() as u32;
+        let (low, high) = vertices.fold(nowhere, |(low, high), vertex| {
+            let grid = self.grid(vertex);
+            (low.min(grid), high.max(grid))
         });
         [
             scan::whole_numbers(low.x, high.x, self.reference.columns),
@@ -110,16 +119,50 @@ impl<'a> Surface<'a> {
     }
 
     pub(crate) fn position(&self, vertex: u32) -> DVec3 {
-        self.plan[vertex as usize].extend(self.points[vertex as usize].height)
+        self.plan(vertex).extend(self.height(vertex))
     }
 
     pub(crate) fn point(&self, vertex: u32) -> GridPoint {
-        self.points[vertex as usize]
+        GridPoint {
+            grid: self.grid(vertex),
+            height: self.height(vertex),
+        }
+    }
+
+    pub(crate) fn plan(&self, vertex: u32) -> DVec2 {
+        self.plan[vertex as usize]
+    }
+
+    pub(crate) fn height(&self, vertex: u32) -> f64 {
+        self.heights[vertex as usize]
+    }
+
+    pub(crate) fn grid(&self, vertex: u32) -> DVec2 {
+        let grid = self.grid.get(vertex as usize).copied();
+        grid.unwrap_or_else(|| self.reference.plan.grid(self.plan(vertex)))
+    }
+
+    /// Moves a vertex.
+    pub(crate) fn put(&mut self, vertex: u32, plan: DVec2, point: GridPoint) {
+        self.plan[vertex as usize] = plan;
+        self.heights[vertex as usize] = point.height;
+        if let Some(grid) = self.grid.get_mut(vertex as usize) {
+            *grid = point.grid;
+        }
+    }
+
+    /// Adds the place of one more vertex.
+    pub(crate) fn push(&mut self, plan: DVec2, height: f64) {
+        self.plan.push(plan);
+        self.heights.push(height);
+        if !self.reference.plan.is_affine() {
+            self.grid.push(self.reference.plan.grid(plan));
+        }
     }
 
     /// Positive where the three plan positions turn left, exactly.
     pub(crate) fn orientation(&self, a: u32, b: u32, at: DVec2) -> f64 {
-        let [a, b] = [a, b].map(|vertex| self.plan[vertex as usize].extend(0.0));
+        let [a, b] = [a, b].map(|vertex| self.plan(vertex).extend(0.0));
         plan_orientation(a, b, at.extend(0.0))
     }
 
