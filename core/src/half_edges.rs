@@ -79,16 +79,14 @@ impl HalfEdges {
         }
     }
 
-    /// The same with the vertices of `order` alone, numbered in that order, and triangles in the order in which those see
-    /// them first. In place: there is no second copy of anything.
-    pub(crate) fn in_order(mut self, order: &[u32]) -> Self {
+    /// Keeps the vertices of `order` alone, numbers them in that order, and triangles in the order in which those see them
+    /// first.
+    pub(crate) fn reorder(&mut self, order: &[u32]) {
         let mut triangles = self.triangles_around(order);
         let count = triangles.len();
         triangles.extend((0..self.triangle_slots()).filter(|&triangle| self.corners(triangle).is_none()));
         for edges in [&mut self.origins, &mut self.twins] {
-            permute(edges.as_chunks_mut::<3>().0, &triangles);
-            edges.truncate(3 * count);
-            edges.shrink_to_fit();
+            permute_triangles(edges, &triangles, count);
         }
         let numbers_of_triangles = inverse(&triangles, triangles.len());
         drop(triangles);
@@ -102,7 +100,6 @@ impl HalfEdges {
             .iter_mut()
             .for_each(|origin| *origin = numbers_of_vertices[*origin as usize]);
         self.leaving = order.iter().map(|&vertex| moved(self.leaving[vertex as usize])).collect();
-        self
     }
 
     /// All triangles: first those around the first vertex, then further ones around the second …; at last those that no
@@ -394,8 +391,21 @@ fn inverse(order: &[u32], count: usize) -> Vec<u32> {
     places
 }
 
-/// Puts what was at `order[i]` at `i`, for a whole permutation, cycle by cycle.
-fn permute<T: Copy>(values: &mut [T], order: &[u32]) {
+/// Puts what was at `order[i]` at `i`, in place, and keeps the first `count`. The order is a whole permutation.
+pub(crate) fn permute<T: Copy>(values: &mut Vec<T>, order: &[u32], count: usize) {
+    follow_cycles(values, order);
+    values.truncate(count);
+    values.shrink_to_fit();
+}
+
+/// The same for three values a triangle.
+fn permute_triangles(values: &mut Vec<u32>, order: &[u32], count: usize) {
+    follow_cycles(values.as_chunks_mut::<3>().0, order);
+    values.truncate(3 * count);
+    values.shrink_to_fit();
+}
+
+fn follow_cycles<T: Copy>(values: &mut [T], order: &[u32]) {
     let mut is_done = vec![false; values.len()];
     for start in 0..values.len() {
         let (first, mut place) = (values[start], start);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use crate::half_edges::{HalfEdges, NONE, edges_of};
+use crate::half_edges::{HalfEdges, NONE, edges_of, permute};
 use crate::mesh::{Mesh, plan_orientation};
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
 use crate::scan;
@@ -59,32 +59,31 @@ impl<'a> Surface<'a> {
         (mesh, live)
     }
 
-    /// Renumbers vertices and triangles so that neighbours in plan are neighbours in memory, along a Morton curve.
+    /// Renumbers vertices and triangles so that neighbours in plan are neighbours in memory, along a Morton curve. In place:
+    /// this is where a surface needs most memory.
     #[must_use]
-    pub fn in_memory_order(self) -> Self {
-        let order = self.morton_order();
-        // One array after the other, so that two of one kind never stand beside those of all other kinds.
-        Self {
-            reference: self.reference,
-            plan: permuted(self.plan, &order),
-            heights: permuted(self.heights, &order),
-            grid: if self.grid.is_empty() {
-                self.grid
-            } else {
-                permuted(self.grid, &order)
-            },
-            connectivity: self.connectivity.in_order(&order),
+    pub fn in_memory_order(mut self) -> Self {
+        let (order, live) = self.morton_order();
+        permute(&mut self.heights, &order, live);
+        permute(&mut self.plan, &order, live);
+        if !self.grid.is_empty() {
+            permute(&mut self.grid, &order, live);
         }
+        self.connectivity.reorder(&order[..live]);
+        self
     }
 
-    /// Live vertices along a Morton curve through the grid.
-    fn morton_order(&self) -> Vec<u32> {
+    /// Live vertices along a Morton curve through the grid, then removed ones; and how many are live.
+    fn morton_order(&self) -> (Vec<u32>, usize) {
+        let all = 0..self.plan.len() as u32;
         let code = |vertex: u32| u64::from(morton_code(self.grid(vertex)));
-        let live = (0..self.plan.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex));
+        let live = all.clone().filter(|&vertex| self.connectivity.is_live(vertex));
         // One number each of code and vertex: half as long to sort as pairs.
         let mut coded: Vec<u64> = live.map(|vertex| (code(vertex) << 32) | u64::from(vertex)).collect();
         coded.sort_unstable();
-        coded.into_iter().map(|coded| coded as u32).collect()
+        let mut order: Vec<u32> = coded.iter().map(|&coded| coded as u32).collect();
+        order.extend(all.filter(|&vertex| !self.connectivity.is_live(vertex)));
+        (order, coded.len())
     }
 
     /// Columns and rows of the samples that the surface may cover.
@@ -186,11 +185,6 @@ impl<'a> Surface<'a> {
         };
         self.triangles().map(of_triangle).fold(Deviation::NONE, Deviation::or)
     }
-}
-
-/// Takes the values over in another order.
-fn permuted<T: Copy>(values: Vec<T>, order: &[u32]) -> Vec<T> {
-    order.iter().map(|&index| values[index as usize]).collect()
 }
 
 /// Where a point of the grid is along a Morton curve through the samples; all beyond the last ones that it can tell apart

@@ -169,7 +169,7 @@ fn thinned<'a>(surface: Surface<'a>, options: &Options) -> Surface<'a> {
         vertical: options.max_error * SHARE,
         outline: 0.0,
     });
-    simplifier.into_surface()
+    simplifier.into_surface().in_memory_order()
 }
 
 /// To micrometres, never down.
