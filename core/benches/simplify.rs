@@ -3,8 +3,7 @@
 //!
 //! `cargo bench -p terrain-core --bench simplify`, or with the largest side of the grid, 4097 if none is given, after `--`
 
-use std::time::Instant;
-
+use cpu_time::ProcessTime;
 use glam::{DVec2, DVec3};
 use terrain_core::Surface;
 use terrain_core::plan::PlanMap;
@@ -29,7 +28,7 @@ fn main() {
         .filter_map(|argument| argument.parse().ok())
         .next()
         .unwrap_or(4097);
-    println!("seconds per million samples, and triangles per sample, at {ERROR} m");
+    println!("CPU seconds per million samples, and triangles per sample, at {ERROR} m");
     println!(
         "{:>6}  {:>10}  {:>13}  {:>13}  {:>13}  {:>13}",
         "side", "bound", "fast", "default", "best", "ladder e, 2e"
@@ -42,13 +41,13 @@ fn main() {
                 if quality == Quality::Best && side > LARGEST_AT_BEST {
                     return format!("{:>13}", "–");
                 }
-                let started = Instant::now();
+                let started = ProcessTime::now();
                 let triangles = terrain.thinned(ERROR, bound, quality, |simplifier| {
                     simplifier.surface().triangle_count()
                 });
                 terrain.per_sample(started, triangles)
             });
-            let started = Instant::now();
+            let started = ProcessTime::now();
             let triangles = terrain.laddered(&[ERROR, 2.0 * ERROR], bound, |_, triangles, _| triangles);
             let ladder = terrain.per_sample(started, triangles[1]);
             println!(
@@ -176,7 +175,7 @@ impl Terrain {
         })
     }
 
-    fn per_sample(&self, started: Instant, triangles: usize) -> String {
+    fn per_sample(&self, started: ProcessTime, triangles: usize) -> String {
         let samples = (self.side * self.side) as f64;
         let seconds = started.elapsed().as_secs_f64() / samples * 1e6;
         format!("{seconds:>6.2} {:>6.3}", triangles as f64 / samples)

@@ -2,8 +2,12 @@
 
 use std::io::{IsTerminal, stderr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Between two turns of a clock's hand.
+const TICK: Duration = Duration::from_millis(100);
 
 /// A job in stages, one after the other. Clones report to the same job, from any thread.
 #[derive(Clone, Default)]
@@ -42,11 +46,20 @@ impl Progress {
 
     /// Ends the stage before, if there is one, and begins the stage `name` of `total` steps.
     pub fn stage(&self, name: &str, total: u64) {
+        self.begin(name, |reporter| reporter.bar(total));
+    }
+
+    /// Ends the stage before, if there is one, and begins the stage `name`, of which nobody knows how long it takes.
+    pub fn open_stage(&self, name: &str) {
+        self.begin(name, Reporter::clock);
+    }
+
+    fn begin(&self, name: &str, bar: impl FnOnce(&Reporter) -> ProgressBar) {
         self.done();
         if let Some(reporter) = &self.reporter {
             *reporter.lock() = Some(Stage {
                 name: name.to_owned(),
-                bar: reporter.bar(name, total),
+                bar: bar(reporter).with_message(name.to_owned()),
             });
         }
     }
@@ -63,12 +76,11 @@ impl Progress {
         let Some(reporter) = &self.reporter else { return };
         if let Some(stage) = reporter.lock().take() {
             stage.bar.finish_and_clear();
-            eprintln!(
-                "{}: {} in {:.1} s",
-                stage.name,
-                stage.bar.position(),
-                stage.bar.elapsed().as_secs_f64()
-            );
+            let seconds = stage.bar.elapsed().as_secs_f64();
+            match stage.bar.length() {
+                Some(_) => eprintln!("{}: {} in {seconds:.1} s", stage.name, HumanCount(stage.bar.position())),
+                None => eprintln!("{}: {seconds:.1} s", stage.name),
+            }
         }
     }
 
@@ -91,16 +103,27 @@ impl Reporter {
         self.lock().as_ref().map(|stage| stage.bar.clone())
     }
 
-    fn bar(&self, name: &str, total: u64) -> ProgressBar {
-        let target = if self.on_terminal {
+    fn bar(&self, total: u64) -> ProgressBar {
+        let bar = ProgressBar::with_draw_target(Some(total), self.target());
+        bar.with_style(style("{msg:>20} [{wide_bar}] {human_pos}/{human_len} {eta}"))
+    }
+
+    /// A bar that shows nothing but that time goes by.
+    fn clock(&self) -> ProgressBar {
+        let clock = ProgressBar::with_draw_target(None, self.target());
+        clock.enable_steady_tick(TICK);
+        clock.with_style(style("{msg:>20} {spinner} {elapsed}"))
+    }
+
+    fn target(&self) -> ProgressDrawTarget {
+        if self.on_terminal {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
-        };
-        let style = ProgressStyle::with_template("{msg:>20} [{wide_bar}] {human_pos}/{human_len} {eta}")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-        ProgressBar::with_draw_target(Some(total), target)
-            .with_style(style)
-            .with_message(name.to_owned())
+        }
     }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }

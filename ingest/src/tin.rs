@@ -15,6 +15,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
+use indicatif::HumanCount;
 use serde::Serialize;
 use terrain_core::Surface;
 use terrain_core::mesh::{self, Mesh};
@@ -84,10 +85,9 @@ pub fn run(grid: &HeightGrid, options: &Options, output: &Path, progress: &Progr
     let is_flipped = grid.georeference.affine().matrix2.determinant() < 0.0;
     let curvature = vec![DVec2::ZERO; grid.rows];
     let reference = reference(grid, is_flipped, &curvature, options.bound);
-    progress.stage("triangulating", 1);
+    progress.open_stage("triangulating");
     let surface = refined(&reference, options)?;
-    progress.done();
-    progress.stage(&format!("simplifying {} triangles", surface.triangle_count()), 1);
+    progress.open_stage(&format!("simplifying {} triangles", HumanCount(surface.triangle_count() as u64)));
     let surface = thinned(surface, options);
     progress.done();
     let error = surface.deviation().size;
