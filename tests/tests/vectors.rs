@@ -140,6 +140,15 @@ fn counterexamples_are_drawn_as_the_papers_would_and_not_called_consistent() {
         ("bowtie", &["levels", "dag", "lods", "bad_lods", "bad_sets"][..]),
         ("pinch", &["levels", "dag", "lods", "bad_lods", "bad_sets"]),
         ("blocked_queue", &["dag", "performed_after"]),
+        (
+            "forest_shared_vertex",
+            &[
+                "removed",
+                "marked_coarse_edges",
+                "triangles_removed",
+                "triangles_a_single_tree_of_these_edges_would_add",
+            ],
+        ),
     ];
     for (case, keys) in compared {
         for &key in keys {
@@ -149,6 +158,8 @@ fn counterexamples_are_drawn_as_the_papers_would_and_not_called_consistent() {
             );
         }
     }
+    let of_forest = answer["expected"]["forest_shared_vertex"]["why"].as_str().unwrap();
+    assert!(of_forest.contains("collapse 1: its triangles and those of the collapses before it do not form a forest"));
     let refused = [
         ("bowtie", "the surface around vertex 2 falls into parts"),
         (

@@ -1,12 +1,15 @@
 //! Kind `counterexample`: what the papers' rules make of meshes and errors that break their assumptions. Each case is
 //! answered as far as its own inputs go, all of them inside `expected`: `vertices`, `triangles`, `collapses` and, for
-//! the queues, `errors` and `max_error`. Cases of forest splits (`forest_…`) are not answered here.
+//! the queues, `errors` and `max_error`. Those of forest splits are the cases whose names begin with `forest_`.
+
+use std::collections::BTreeSet;
 
 use anyhow::{Context, Result};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use terrain_core::adaptive_surface::AdaptiveSurface;
 use terrain_core::dag::DagBuilder;
+use terrain_core::forest_split::{Surface, coarsen};
 use terrain_core::level_view::LevelView;
 use terrain_core::refinement_queues::RefinementQueues;
 use terrain_core::replay::{Demand, Replay};
@@ -19,20 +22,70 @@ const INPUTS: [&str; 5] = ["vertices", "triangles", "collapses", "errors", "max_
 
 pub(super) fn expected(vector: &Value) -> Result<Value> {
     let cases = vector["expected"].as_object().context("\"expected\" is missing")?;
-    let of_collapses = cases.iter().filter(|(name, _)| !name.starts_with("forest_"));
-    let answered = of_collapses.map(|(name, case)| Ok((name.clone(), answer(case)?)));
+    let answered = cases.iter().map(|(name, case)| {
+        let of_forest = name.starts_with("forest_");
+        let answer = if of_forest { forest(case) } else { collapses(case) };
+        Ok((name.clone(), answer?))
+    });
     Ok(Value::Object(answered.collect::<Result<Map<_, _>>>()?))
 }
 
-fn answer(case: &Value) -> Result<Value> {
+/// The case with nothing but its inputs.
+fn question(case: &Value) -> Value {
     let inputs = INPUTS
         .iter()
         .filter_map(|&key| Some((key.to_owned(), case.get(key)?.clone())));
-    let mut answer = Value::Object(inputs.collect());
-    let mesh = Mesh {
+    Value::Object(inputs.collect())
+}
+
+fn mesh(case: &Value) -> Result<Mesh> {
+    Ok(Mesh {
         positions: vec![DVec3::ZERO; input::read(case, "vertices")?],
         triangles: input::read(case, "triangles")?,
-    };
+    })
+}
+
+/// Collapses whose removed triangles are a forest while their coarse edges are not one of trees apart: why the product
+/// refuses to undo them with one split.
+fn forest(case: &Value) -> Result<Value> {
+    let mut answer = question(case);
+    let mesh = mesh(case)?;
+    let log = input::log(case, &mesh)?;
+    let replay = Replay::run(&mesh, &log, Demand::Consistent, |_| ())?;
+    let removed: Vec<usize> = (0..mesh.triangles.len())
+        .filter(|&triangle| replay.triangle_levels[triangle] < replay.top_level)
+        .collect();
+    let marked: BTreeSet<Vec<u32>> = removed
+        .iter()
+        .map(|&triangle| coarse_edge(&replay, mesh.triangles[triangle]))
+        .collect();
+    let fine = Surface::new(mesh.positions.len() as u32, &mesh.triangles)?;
+    let refusal = coarsen(&fine, &input::read::<Vec<[u32; 2]>>(case, "collapses")?).err();
+    answer["why"] = json!(refusal.map(|error| error.to_string()));
+    answer["triangles_removed"] = json!(removed.len());
+    answer["triangles_a_single_tree_of_these_edges_would_add"] = json!(2 * marked.len().saturating_sub(1));
+    answer["removed"] = json!(removed);
+    answer["marked_coarse_edges"] = json!(marked);
+    Ok(answer)
+}
+
+/// What collapses leave of a triangle that they remove.
+fn coarse_edge(replay: &Replay, triangle: [u32; 3]) -> Vec<u32> {
+    let mut ends = triangle.map(|mut vertex| {
+        while replay.representatives[vertex as usize] != vertex {
+            vertex = replay.representatives[vertex as usize];
+        }
+        vertex
+    });
+    ends.sort_unstable();
+    let mut ends = ends.to_vec();
+    ends.dedup();
+    ends
+}
+
+fn collapses(case: &Value) -> Result<Value> {
+    let mut answer = question(case);
+    let mesh = mesh(case)?;
     let log = input::log(case, &mesh)?;
     let mut graph = DagBuilder::new(mesh.positions.len());
     let replay = Replay::run(&mesh, &log, Demand::Drawable, |step| graph.add(step))?;
