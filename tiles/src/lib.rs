@@ -8,5 +8,7 @@ pub mod codec;
 pub mod ellipsoid;
 pub mod layer_json;
 pub mod metadata;
+pub mod model;
+pub mod progressive;
 pub mod quantized_mesh;
 pub mod tile;

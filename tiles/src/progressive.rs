@@ -1,0 +1,250 @@
+//! The progressive codec: a Surface Partition on an integer lattice as a stream of vertex splits, from a base of a few triangles
+//! to the finest level. `docs/formats/spm.md` is its specification.
+//!
+//! ```text
+//! base mesh ──splits──▶ level 0 ──splits──▶ level 1 ──▶ … ──▶ finest level        one run of bytes a level
+//! ```
+//! After H. Hoppe, *Progressive meshes*, 1996 (vertex splits); R. Pajarola, J. Rossignac, *Compressed progressive meshes*, 2000
+//! (splits in batches, one bit a vertex to tell which, geometry that predicts them). It differs in what is told first: the new
+//! vertex's position is, and then the neighbours at which the star is cut are found by how well they fit it.
+
+mod base;
+mod collapses;
+mod flatness;
+mod level;
+mod number;
+mod range_coder;
+mod sampling;
+mod schedule;
+mod split;
+mod star;
+mod surface;
+
+use glam::DVec3;
+use terrain_core::SurfacePartition;
+use terrain_core::partition::{self, Level, PartitionError};
+use thiserror::Error;
+
+use base::Base;
+use collapses::{Collapses, unravel};
+use level::{LevelCoder, Stage, Unknown};
+use range_coder::{Decoder, Encoder};
+use schedule::Schedule;
+use split::Space;
+use surface::Surface;
+
+pub use sampling::Sampling;
+
+/// Coordinates are at most this in size, so that sums and differences of a few stay exact in a double.
+const MAX_COORDINATE: f64 = (1_u64 << 41) as f64;
+
+/// What a stream of levels is read by; it is stored beside them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// The lowest and the highest coordinates: whole numbers below 2^41 in size.
+    pub bounds: [DVec3; 2],
+    /// Whether the third coordinate is a height over the plane of the other two and every triangle counter-clockwise in it.
+    pub is_height_field: bool,
+    /// Where the vertices of a height field like to lie.
+    pub sampling: Option<Sampling>,
+    /// How many of the last levels split vertices of the boundary only.
+    pub boundary_levels: usize,
+}
+
+impl Frame {
+    /// Whether its numbers are finite, in order and not too large.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        let [low, high] = self.bounds;
+        let are_bounds = low.cmple(high).all() && low.abs().max(high.abs()).max_element() <= MAX_COORDINATE;
+        let is_sampling = |sampling: Sampling| {
+            let is_small = |number: f64| number.abs() <= MAX_COORDINATE;
+            sampling.origin.into_iter().all(is_small) && sampling.step.into_iter().all(|step| step > 0.0 && is_small(step))
+        };
+        are_bounds && self.sampling.is_none_or(is_sampling)
+    }
+}
+
+/// Vertices and triangles of the mesh from which the splits of level 0 begin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BaseSize {
+    /// Its vertices.
+    pub vertices: u32,
+    /// Its triangles.
+    pub triangles: u32,
+}
+
+/// A coded partition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coded {
+    /// The mesh of which level 0 begins.
+    pub base: BaseSize,
+    /// The bytes of each level.
+    pub levels: Vec<Vec<u8>>,
+}
+
+/// Why a partition cannot be coded.
+#[derive(Debug, Error, PartialEq)]
+pub enum EncodeError {
+    /// It is none.
+    #[error(transparent)]
+    Partition(#[from] PartitionError),
+    /// A coordinate is not whole, or out of bounds.
+    #[error("vertex {0} is not on the lattice")]
+    OffLattice(usize),
+    /// The vertex cannot be split off its representative: the surface around them is no manifold, or has too many edges.
+    #[error("vertex {0} is not split off a manifold surface")]
+    NotASplit(usize),
+    /// The splits do not lead to the partition's triangles.
+    #[error("the surface is no manifold where vertices split")]
+    NotASurface,
+}
+
+/// Why bytes are no levels.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("level {0} is damaged")]
+pub struct Damaged(pub usize);
+
+/// Codes a partition whose positions are whole numbers.
+///
+/// # Errors
+/// When it is not what [`Frame`] says, or no surface that vertex splits can make.
+pub fn encode(partition: &SurfacePartition, frame: &Frame) -> Result<Coded, EncodeError> {
+    partition::validate(partition)?;
+    check_lattice(partition, frame)?;
+    let collapses = unravel(partition, frame.is_height_field).map_err(|fault| EncodeError::NotASplit(fault.0))?;
+    let (base, originals) = numbered_base(partition, &collapses);
+    let mut schedule = Schedule::new(partition, &collapses, originals);
+    let size = BaseSize {
+        vertices: base.positions.len() as u32,
+        triangles: base.triangles.len() as u32,
+    };
+    let mut encoder = Encoder::new();
+    let count = [base.positions.len(), base.triangles.len()];
+    Base::code(&mut encoder, count, frame.bounds, |_| false, &base).ok_or(EncodeError::NotASurface)?;
+    let mut coder = level_coder(base, frame);
+    let mut levels = Vec::with_capacity(partition.levels.len());
+    for (index, level) in partition.levels.iter().enumerate() {
+        schedule.level = index as u32;
+        let splits = level.vertex_end as usize - coder.surface.positions.len();
+        let stage = stage(index, partition.levels.len(), frame);
+        let coded = coder.code(&mut encoder, |_| false, stage, splits, &mut schedule);
+        coded.map_err(|_| EncodeError::NotASurface)?;
+        levels.push(std::mem::replace(&mut encoder, Encoder::new()).finish());
+    }
+    check_result(partition, &coder, &schedule)?;
+    Ok(Coded { base: size, levels })
+}
+
+/// Decodes as many levels as there are bytes of. The vertices of each level come in the order of their splits, and so do the
+/// triangles; corners are those of the finest surface decoded.
+///
+/// # Errors
+/// The first level whose bytes make no surface of its size.
+pub fn decode(base: BaseSize, levels: &[Level], bytes: &[&[u8]], frame: &Frame) -> Result<SurfacePartition, Damaged> {
+    let mut reader: Option<LevelCoder> = None;
+    for (index, (level, bytes)) in levels.iter().zip(bytes).enumerate() {
+        let mut decoder = Decoder::new(bytes);
+        let coder = match &mut reader {
+            Some(coder) => coder,
+            none => {
+                let size = [base.vertices as usize, base.triangles as usize];
+                let read = Base::code(&mut decoder, size, frame.bounds, Decoder::is_exhausted, &Base::default());
+                none.insert(level_coder(read.ok_or(Damaged(index))?, frame))
+            }
+        };
+        let splits = (level.vertex_end as usize).checked_sub(coder.surface.positions.len());
+        let stage = stage(index, levels.len(), frame);
+        let read = coder.code(&mut decoder, Decoder::is_exhausted, stage, splits.ok_or(Damaged(index))?, &mut Unknown);
+        let is_complete = coder.surface.triangle_count() == level.triangle_end as usize;
+        if read.is_err() || !is_complete || decoder.is_exhausted() {
+            return Err(Damaged(index));
+        }
+    }
+    let coder = reader.ok_or(Damaged(0))?;
+    Ok(SurfacePartition {
+        positions: coder.stored,
+        blue_positions: coder.blue_positions,
+        representatives: coder.representatives,
+        triangles: coder.surface.triangles().to_vec(),
+        levels: levels[..bytes.len().min(levels.len())].to_vec(),
+    })
+}
+
+fn stage(index: usize, count: usize, frame: &Frame) -> Stage {
+    if index == 0 {
+        Stage::Base
+    } else if index + frame.boundary_levels >= count {
+        Stage::Boundary
+    } else {
+        Stage::Level
+    }
+}
+
+fn level_coder(base: Base, frame: &Frame) -> LevelCoder {
+    let space = Space {
+        is_height_field: frame.is_height_field,
+        sampling: frame.sampling,
+    };
+    LevelCoder::new(Surface::new(base.positions, &base.triangles), space, frame.bounds)
+}
+
+fn check_lattice(partition: &SurfacePartition, frame: &Frame) -> Result<(), EncodeError> {
+    let [low, high] = frame.bounds;
+    let is_on_lattice = |position: &DVec3| {
+        *position == position.floor() && position.cmpge(low).all() && position.cmple(high).all()
+    };
+    let vertices = partition.positions.iter().zip(&partition.blue_positions);
+    let mut vertices = vertices.map(|(red, blue)| is_on_lattice(red) && is_on_lattice(blue));
+    match vertices.position(|is_on_lattice| !is_on_lattice) {
+        Some(vertex) => Err(EncodeError::OffLattice(vertex)),
+        None => Ok(()),
+    }
+}
+
+/// The base mesh, its vertices in the order in which its triangles name them, and their numbers in the partition.
+fn numbered_base(partition: &SurfacePartition, collapses: &Collapses) -> (Base, Vec<u32>) {
+    let mut base = Base::default();
+    let mut originals = Vec::new();
+    let mut numbers = vec![None; collapses.is_base.len()];
+    for triangle in &collapses.base_triangles {
+        base.triangles.push(triangle.map(|corner| {
+            *numbers[corner as usize].get_or_insert_with(|| {
+                originals.push(corner);
+                originals.len() as u32 - 1
+            })
+        }));
+    }
+    let is_alone = |&vertex: &u32| collapses.is_base[vertex as usize] && numbers[vertex as usize].is_none();
+    originals.extend((0..numbers.len() as u32).filter(is_alone));
+    base.positions = originals.iter().map(|&vertex| partition.positions[vertex as usize]).collect();
+    (base, originals)
+}
+
+/// Compares what a decoder will have with what was asked for.
+fn check_result(partition: &SurfacePartition, coder: &LevelCoder, schedule: &Schedule) -> Result<(), EncodeError> {
+    let turned = |[a, b, c]: [u32; 3]| match a.min(b).min(c) {
+        least if least == a => [a, b, c],
+        least if least == b => [b, c, a],
+        _ => [c, a, b],
+    };
+    let original = |triangle: &[u32; 3]| turned(triangle.map(|corner| schedule.originals[corner as usize]));
+    let mut start = 0;
+    for level in &partition.levels {
+        let run = start..level.triangle_end as usize;
+        let coded = coder.surface.triangles().get(run.clone()).ok_or(EncodeError::NotASurface)?;
+        let mut coded: Vec<[u32; 3]> = coded.iter().map(original).collect();
+        let mut told: Vec<[u32; 3]> = partition.triangles[run].iter().copied().map(turned).collect();
+        coded.sort_unstable();
+        told.sort_unstable();
+        if coded != told {
+            return Err(EncodeError::NotASurface);
+        }
+        start = level.triangle_end as usize;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "progressive_tests.rs"]
+pub(crate) mod tests;

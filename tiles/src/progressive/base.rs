@@ -1,0 +1,60 @@
+//! The base mesh in bits: a handful of vertices and triangles, or whatever cannot be collapsed.
+//!
+//! Vertices are numbered as triangles name them first. A corner is told by how far it is behind the next new number.
+
+use glam::DVec3;
+
+use super::number::NumberModel;
+use super::range_coder::Coder;
+
+/// A mesh of whole-numbered positions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Base {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+impl Base {
+    /// Codes as many vertices and triangles; none where an index or a position is out of range.
+    pub(super) fn code<C: Coder>(
+        coder: &mut C,
+        [vertex_count, triangle_count]: [usize; 2],
+        [low, high]: [DVec3; 2],
+        is_exhausted: impl Fn(&C) -> bool,
+        told: &Self,
+    ) -> Option<Self> {
+        let mut models: [NumberModel; 4] = Default::default();
+        let mut base = Self::default();
+        let mut previous = low;
+        for vertex in 0..vertex_count {
+            let position = told.positions.get(vertex).copied().unwrap_or_default();
+            for axis in 0..3 {
+                let guess = ((high[axis] - low[axis]) / 4.0) as u64;
+                let difference = (position[axis] - previous[axis]) as i64;
+                previous[axis] += models[axis].code(coder, guess, 0, difference) as f64;
+            }
+            let is_inside = previous.cmpge(low).all() && previous.cmple(high).all();
+            if !is_inside || is_exhausted(coder) {
+                return None;
+            }
+            base.positions.push(previous);
+        }
+        let mut next = 0;
+        for triangle in 0..triangle_count {
+            let corners = told.triangles.get(triangle).copied().unwrap_or_default();
+            let mut read = [0; 3];
+            for (corner, read) in corners.into_iter().zip(&mut read) {
+                let back = models[3].code(coder, 4, 0, i64::from(next) - i64::from(corner));
+                *read = u32::try_from(i64::from(next) - back).ok().filter(|&corner| corner <= next)?;
+                next += u32::from(*read == next);
+            }
+            let [a, b, c] = read;
+            let is_triangle = a != b && b != c && c != a && next as usize <= vertex_count;
+            if !is_triangle || is_exhausted(coder) {
+                return None;
+            }
+            base.triangles.push(read);
+        }
+        Some(base)
+    }
+}

@@ -1,0 +1,95 @@
+//! Whole numbers of either sign, of which the order of magnitude is guessed beforehand.
+//!
+//! ```text
+//! value = ± 1 b b r r r r        class      how many bits, against those of the guess: learned
+//!           └─┴─┘ └─────┘        mantissa   the two bits after the leading one: learned; the rest as they are
+//! ```
+
+use super::range_coder::{Coder, Probability};
+
+/// Classes of magnitude: from [`BELOW`] bits fewer than the guess has, to as many more; the outermost two are escapes.
+const CLASSES: usize = 16;
+/// Class of a number of as many bits as the guess.
+const BELOW: i32 = 9;
+/// Bits of the number of bits, after an escape.
+const LENGTH_BITS: u32 = 6;
+/// Guesses of fewer bits than this have statistics of their own; so have those with and without the second bit set.
+const SMALL_GUESSES: usize = 8;
+/// Signs that a caller may tell apart.
+pub(super) const SIGNS: usize = 9;
+
+/// Statistics of one kind of number.
+#[derive(Clone, Debug)]
+pub(super) struct NumberModel {
+    classes: [[Probability; CLASSES]; 2 * SMALL_GUESSES],
+    mantissas: [[Probability; 4]; CLASSES],
+    signs: [Probability; SIGNS],
+}
+
+impl Default for NumberModel {
+    fn default() -> Self {
+        Self {
+            classes: [[Probability::default(); CLASSES]; 2 * SMALL_GUESSES],
+            mantissas: [[Probability::default(); 4]; CLASSES],
+            signs: [Probability::default(); SIGNS],
+        }
+    }
+}
+
+impl NumberModel {
+    /// Codes a number that is expected to be as large as `guess`; `sign` tells kinds of expectations of its sign apart.
+    pub(super) fn code(&mut self, coder: &mut impl Coder, guess: u64, sign: usize, value: i64) -> i64 {
+        let magnitude = value.unsigned_abs();
+        let (length, class) = self.code_length(coder, guess, bit_length(magnitude));
+        if length == 0 {
+            return 0;
+        }
+        let magnitude = self.code_mantissa(coder, class, length, magnitude) as i64;
+        if coder.bit(&mut self.signs[sign], value < 0) {
+            -magnitude
+        } else {
+            magnitude
+        }
+    }
+
+    fn code_length(&mut self, coder: &mut impl Coder, guess: u64, length: u32) -> (u32, usize) {
+        let expected = bit_length(guess);
+        let second_bit = (guess << 1 >> expected & 1) as usize;
+        let context = 2 * (expected as usize).min(SMALL_GUESSES - 1) + second_bit;
+        let offset = expected as i32 - BELOW;
+        let class = (length as i32 - offset).clamp(0, CLASSES as i32 - 1) as usize;
+        let class = code_symbol(coder, &mut self.classes[context], class);
+        if class == 0 || class == CLASSES - 1 {
+            return (coder.even_bits(LENGTH_BITS, u64::from(length)) as u32, class);
+        }
+        ((class as i32 + offset).max(0) as u32, class)
+    }
+
+    fn code_mantissa(&mut self, coder: &mut impl Coder, class: usize, length: u32, magnitude: u64) -> u64 {
+        let mut read = 1;
+        let learned = (length - 1).min(2);
+        for place in 0..learned {
+            let bit = magnitude >> (length - 2 - place) & 1 == 1;
+            read = read << 1 | u64::from(coder.bit(&mut self.mantissas[class][read as usize], bit));
+        }
+        let rest = length - 1 - learned;
+        read << rest | coder.even_bits(rest, magnitude)
+    }
+}
+
+/// Codes one of as many symbols as there are probabilities, a power of two.
+pub(super) fn code_symbol(coder: &mut impl Coder, probabilities: &mut [Probability], symbol: usize) -> usize {
+    let count = probabilities.len();
+    let mut node = 1;
+    let mut half = count >> 1;
+    while half > 0 {
+        node = 2 * node + usize::from(coder.bit(&mut probabilities[node], symbol & half != 0));
+        half >>= 1;
+    }
+    node - count
+}
+
+/// How many bits a number has; 0 has none.
+pub(super) fn bit_length(number: u64) -> u32 {
+    u64::BITS - number.leading_zeros()
+}

@@ -1,0 +1,59 @@
+//! Where the samples of a raster lie on the lattice, so that vertices which are samples are told by column and row.
+
+/// Columns and rows of samples along the lattice's first two axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// Lattice position of one sample.
+    pub origin: [f64; 2],
+    /// Lattice units from one column, or row, to the next; more than 0.
+    pub step: [f64; 2],
+}
+
+/// How a coordinate of a new vertex lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fit {
+    /// It is that of the vertex it is split from.
+    Same,
+    /// A sample's, or at a half or a quarter of the way between two: 0, 1, 2.
+    Sample(u32),
+    /// Any.
+    Free,
+}
+
+impl Fit {
+    const ALL: [Self; 5] = [Self::Same, Self::Sample(0), Self::Sample(1), Self::Sample(2), Self::Free];
+
+    pub(super) fn from_symbol(symbol: usize) -> Self {
+        Self::ALL.get(symbol).copied().unwrap_or(Self::Free)
+    }
+
+    pub(super) fn symbol(self) -> usize {
+        match self {
+            Self::Same => 0,
+            Self::Sample(halvings) => 1 + halvings as usize,
+            Self::Free => 4,
+        }
+    }
+}
+
+impl Sampling {
+    /// Number of the sample, or of the half or quarter of a step, nearest to a coordinate.
+    pub(super) fn index(&self, axis: usize, halvings: u32, coordinate: f64) -> f64 {
+        let parts = f64::from(1 << halvings);
+        ((coordinate - self.origin[axis]) / self.step[axis] * parts + 0.5).floor()
+    }
+
+    /// Lattice coordinate of that number.
+    pub(super) fn coordinate(&self, axis: usize, halvings: u32, index: f64) -> f64 {
+        let parts = f64::from(1 << halvings);
+        (self.origin[axis] + self.step[axis] * (index / parts) + 0.5).floor()
+    }
+
+    /// The coarsest part of a step on which a coordinate lies.
+    pub(super) fn fit(&self, axis: usize, coordinate: f64) -> Fit {
+        let lies_on = |&halvings: &u32| {
+            self.coordinate(axis, halvings, self.index(axis, halvings, coordinate)) == coordinate
+        };
+        (0..3).find(lies_on).map_or(Fit::Free, Fit::Sample)
+    }
+}

@@ -1,0 +1,97 @@
+use super::*;
+
+/// A square of four triangles around vertex 4.
+fn square() -> Surface {
+    let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0]];
+    let positions = corners.map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+    Surface::new(positions, &[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+}
+
+fn walk(surface: &Surface, vertex: u32) -> Ring {
+    let mut ring = Ring::default();
+    surface.walk(vertex, &mut ring);
+    ring
+}
+
+fn split(surface: &mut Surface, red: u32, side: Side, [first, second]: [u32; 2]) {
+    let ring = walk(surface, red);
+    let place = |neighbour| ring.vertices.iter().position(|&vertex| vertex == neighbour).unwrap_or(0);
+    let cuts = Cuts { side, first: place(first), second: place(second) };
+    assert!(are_possible(cuts, &ring), "{cuts:?} in {:?}", ring.vertices);
+    surface.split(red, &ring, cuts, DVec3::ZERO);
+}
+
+/// Neighbours of a vertex, counter-clockwise, those of an inner vertex from the smallest on.
+fn around(surface: &Surface, vertex: u32) -> Vec<u32> {
+    let mut ring = walk(surface, vertex);
+    if ring.is_closed() {
+        let smallest = ring.vertices.iter().min().copied();
+        let start = ring.vertices.iter().position(|&v| Some(v) == smallest).unwrap_or(0);
+        ring.vertices.rotate_left(start);
+    }
+    ring.vertices
+}
+
+#[test]
+fn a_walk_on_the_boundary_begins_at_its_first_edge() {
+    let surface = square();
+    assert_eq!(around(&surface, 0), [1, 4, 3]);
+    assert_eq!(around(&surface, 4), [0, 1, 2, 3]);
+}
+
+#[test]
+fn an_inner_vertex_takes_what_is_between_the_cuts() {
+    let mut surface = square();
+    split(&mut surface, 4, Side::Inner, [3, 1]);
+    assert_eq!(around(&surface, 5), [0, 1, 4, 3]);
+    assert_eq!(around(&surface, 4), [1, 2, 3, 5]);
+    assert_eq!(around(&surface, 3), [0, 5, 4, 2]);
+    assert_eq!(surface.triangles()[4..], [[4, 3, 5], [4, 5, 1]]);
+}
+
+#[test]
+fn the_boundary_gets_a_vertex_before_or_after() {
+    let mut surface = square();
+    split(&mut surface, 0, Side::Front, [0, 4]);
+    assert_eq!(around(&surface, 5), [1, 4, 0]);
+    assert_eq!(around(&surface, 0), [5, 4, 3]);
+    split(&mut surface, 0, Side::Back, [3, 0]);
+    assert_eq!(around(&surface, 6), [0, 3]);
+    assert_eq!(around(&surface, 0), [5, 4, 3, 6]);
+    assert_eq!(around(&surface, 3), [0, 4, 2].map(|v| if v == 0 { 6 } else { v }).iter().copied().fold(vec![], |mut all, v| {
+        all.push(v);
+        if v == 6 {
+            all.push(0);
+        }
+        all
+    }));
+}
+
+#[test]
+fn a_vertex_of_the_boundary_moves_inside() {
+    let mut surface = square();
+    split(&mut surface, 0, Side::Outer, [1, 3]);
+    assert_eq!(around(&surface, 5), [1, 0, 3]);
+    assert_eq!(around(&surface, 0), [1, 4, 3, 5].to_vec());
+    assert!(walk(&surface, 0).is_closed());
+}
+
+#[test]
+fn cuts_must_leave_each_its_triangles() {
+    let surface = square();
+    let [inner, open] = [4, 0].map(|vertex| walk(&surface, vertex));
+    let cuts = |side, first, second| Cuts { side, first, second };
+    assert!(!are_possible(cuts(Side::Inner, 1, 1), &inner), "nothing for blue");
+    assert!(are_possible(cuts(Side::Inner, 2, 1), &inner), "around the start of the walk");
+    assert!(!are_possible(cuts(Side::Inner, 2, 1), &open));
+    assert!(!are_possible(cuts(Side::Inner, 0, 4), &inner), "no such neighbour");
+    assert!(!are_possible(cuts(Side::Front, 0, 1), &inner));
+}
+
+#[test]
+fn an_edge_of_three_triangles_stays_open() {
+    let positions = vec![DVec3::ZERO; 5];
+    let surface = Surface::new(positions, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
+    assert_eq!(around(&surface, 2).len(), 2);
+    assert!(!walk(&surface, 0).is_closed());
+}

@@ -1,0 +1,103 @@
+use super::*;
+use terrain_core::collapse_log::{Band, Collapse, CollapseLog};
+use terrain_core::mesh::Mesh;
+
+/// A hilly square of `side`² vertices, and a log that collapses every other vertex of each row into the next, moving it midway.
+pub(crate) fn hills(side: u32) -> SurfacePartition {
+    let at = |x: u32, y: u32| {
+        let height = ((x * 7919 + y * 104_729) % 97 + x * y) % 200;
+        DVec3::new(f64::from(16 * x), f64::from(16 * y), f64::from(height))
+    };
+    let number = |x: u32, y: u32| y * side + x;
+    let mut triangles = Vec::new();
+    for (x, y) in (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| (x, y))) {
+        let [a, b, c, d] = [number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y + 1)];
+        triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    let mesh = Mesh {
+        positions: (0..side * side).map(|v| at(v % side, v / side)).collect(),
+        triangles,
+    };
+    let mut log = CollapseLog::default();
+    for y in (2..side - 2).step_by(3) {
+        for x in (2..side - 3).step_by(4) {
+            let [red_before, blue_position] = [at(x + 1, y), at(x, y)];
+            let red_after = ((red_before + blue_position) / 2.0).round();
+            log.collapses.push(Collapse { blue: number(x, y), red: number(x + 1, y), red_before, red_after });
+        }
+        log.bands.push(Band { end: log.collapses.len(), error: f64::from(y) });
+    }
+    SurfacePartition::from_log(&mesh, &log, 0.0).unwrap()
+}
+
+pub(crate) fn frame(partition: &SurfacePartition) -> Frame {
+    let positions = partition.positions.iter().chain(&partition.blue_positions);
+    Frame {
+        bounds: [DVec3::ZERO, positions.fold(DVec3::ZERO, |high, &position| high.max(position))],
+        is_height_field: true,
+        sampling: None,
+        boundary_levels: 0,
+    }
+}
+
+/// A surface whose vertices and triangles are sorted, so that their order makes no difference.
+fn sorted(mesh: &Mesh) -> Vec<[[i64; 3]; 3]> {
+    let corner = |vertex: u32| mesh.positions[vertex as usize].as_i64vec3().to_array();
+    let mut triangles: Vec<[[i64; 3]; 3]> = mesh.triangles.iter().map(|corners| corners.map(corner)).collect();
+    for corners in &mut triangles {
+        let least = (0..3).min_by_key(|&at| corners[at]).unwrap();
+        corners.rotate_left(least);
+    }
+    triangles.sort_unstable();
+    triangles
+}
+
+fn assert_same_levels(one: &SurfacePartition, other: &SurfacePartition) {
+    assert_eq!(one.levels, other.levels);
+    for level in 0..one.levels.len() {
+        assert!(sorted(&one.lod(level)) == sorted(&other.lod(level)), "level {level}");
+    }
+}
+
+fn decoded(coded: &Coded, partition: &SurfacePartition, frame: &Frame) -> Result<SurfacePartition, Damaged> {
+    let runs: Vec<&[u8]> = coded.levels.iter().map(Vec::as_slice).collect();
+    decode(coded.base, &partition.levels, &runs, frame)
+}
+
+#[test]
+fn every_level_of_a_height_field_comes_back() {
+    let partition = hills(30);
+    let frame = frame(&partition);
+    let coded = encode(&partition, &frame).unwrap();
+    let decoded = decoded(&coded, &partition, &frame).unwrap();
+    assert_same_levels(&partition, &decoded);
+    partition::validate(&decoded).unwrap();
+    assert_eq!(coded.base.triangles, 1, "the square comes down to one triangle");
+}
+
+#[test]
+fn every_level_comes_back_without_the_plan_view_of_a_height_field() {
+    let partition = hills(30);
+    let frame = Frame { is_height_field: false, ..frame(&partition) };
+    let coded = encode(&partition, &frame).unwrap();
+    assert_same_levels(&partition, &decoded(&coded, &partition, &frame).unwrap());
+}
+
+#[test]
+fn a_prefix_of_the_levels_is_a_partition() {
+    let partition = hills(20);
+    let frame = frame(&partition);
+    let coded = encode(&partition, &frame).unwrap();
+    let runs: Vec<&[u8]> = coded.levels.iter().map(Vec::as_slice).collect();
+    let prefix = decode(coded.base, &partition.levels[..3], &runs[..3], &frame).unwrap();
+    partition::validate(&prefix).unwrap();
+    assert!(sorted(&prefix.lod(2)) == sorted(&partition.lod(2)));
+}
+
+#[test]
+fn a_position_off_the_lattice_is_refused() {
+    let mut partition = hills(10);
+    let frame = frame(&partition);
+    partition.positions[3].x += 0.5;
+    assert_eq!(encode(&partition, &frame), Err(EncodeError::OffLattice(3)));
+}
