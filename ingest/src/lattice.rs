@@ -3,6 +3,9 @@
 
 use glam::{DVec2, DVec3};
 use terrain_tiles::address::{LEAF_EXTENT_BITS, Side, TileAddress};
+use terrain_tiles::progressive::Sampling;
+
+use crate::georeference::GeoReference;
 
 /// Lattice units between a tile's side and the inner line of the strip along it. A collapse on the side then disturbs
 /// nothing but the strip.
@@ -128,6 +131,22 @@ impl Lattice {
     /// Global lattice position of a square's south-west corner.
     pub(crate) fn origin(self, square: Square) -> DVec2 {
         DVec2::new(square.x as f64, square.y as f64) * self.extent(square.zoom) as f64
+    }
+
+    /// Where the samples of a raster of that many rows lie in a square, if they do in columns and rows along the lattice's axes.
+    pub(crate) fn sampling(self, georeference: &GeoReference, rows: usize, square: Square) -> Option<Sampling> {
+        let last_row = rows.saturating_sub(1) as f64;
+        let at = |column: f64, row: f64| {
+            let geographic = georeference.geographic(DVec2::new(column, last_row - row));
+            self.global(geographic) - self.origin(square)
+        };
+        let [corner, beside, above] = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
+        let is_along_axes = georeference.is_geographic() && beside.y == corner.y && above.x == corner.x;
+        let step = [beside.x - corner.x, above.y - corner.y];
+        (is_along_axes && step.into_iter().all(|step| step > 0.0)).then(|| Sampling {
+            origin: corner.to_array(),
+            step,
+        })
     }
 
     /// Moves positions of a child into its parent's frame.

@@ -116,6 +116,7 @@ impl Build<'_> {
             address: square.address(),
             extent_bits: self.lattice.extent_bits(square.zoom),
             height_exponent: self.lattice.height_exponent,
+            sampling: self.lattice.sampling(&self.grid.georeference, self.grid.rows, square),
             partition,
             outline_errors,
         };

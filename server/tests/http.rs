@@ -41,6 +41,7 @@ fn tile(address: TileAddress) -> Tile {
         address,
         extent_bits: 10,
         height_exponent: -2,
+        sampling: None,
         partition,
         outline_errors: vec![0.0; 5],
     }

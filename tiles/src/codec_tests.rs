@@ -1,6 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use glam::DVec3;
+use crate::progressive::tests::assert_same_levels;
 use terrain_core::{Band, Collapse, CollapseLog, Mesh};
 
 use super::*;
@@ -37,40 +38,67 @@ pub(crate) fn small_tile() -> Tile {
         address: TileAddress::new(3, 5, 2).unwrap(),
         extent_bits: 6,
         height_exponent: -2,
+        sampling: None,
         partition: SurfacePartition::from_log(&mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.5, 0.25, 0.0, 0.0, 0.0, 0.0],
     }
 }
 
-#[test]
-fn a_tile_comes_back_as_it_was() {
-    let tile = small_tile();
-    assert_eq!(decode(&encode(&tile).unwrap(), &Limits::default()).unwrap(), tile);
+/// Asserts that two tiles are the same but for the order of vertices and triangles in a level.
+fn assert_same(one: &Tile, other: &Tile) {
+    let rest = |tile: &Tile| Tile {
+        partition: SurfacePartition::default(),
+        ..tile.clone()
+    };
+    assert_eq!(rest(one), rest(other));
+    assert_same_levels(&one.partition, &other.partition);
 }
 
 #[test]
-fn bytes_written_by_version_1_are_read_for_ever() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v1.spt");
+fn a_tile_comes_back_as_it_was() {
+    let tile = small_tile();
+    assert_same(&decode(&encode(&tile).unwrap(), &Limits::default()).unwrap(), &tile);
+}
+
+#[test]
+fn samples_are_stored_and_shorten_a_tile_whose_vertices_they_are() {
+    let plain = small_tile();
+    let sampling = Sampling {
+        origin: [0.0; 2],
+        step: [16.0; 2],
+    };
+    let sampled = Tile {
+        sampling: Some(sampling),
+        ..plain.clone()
+    };
+    let bytes = encode(&sampled).unwrap();
+    assert_same(&decode(&bytes, &Limits::default()).unwrap(), &sampled);
+    assert!(bytes.len() < encode(&plain).unwrap().len());
+}
+
+#[test]
+fn bytes_written_by_version_2_are_read_for_ever() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v2.spt");
+    if std::env::var_os("WRITE_GOLDEN").is_some() {
+        std::fs::write(file, encode(&small_tile()).unwrap()).unwrap();
+    }
     let golden = std::fs::read(file).unwrap();
-    assert_eq!(decode(&golden, &Limits::default()).unwrap(), small_tile());
+    assert_same(&decode(&golden, &Limits::default()).unwrap(), &small_tile());
+    assert_eq!(encode(&small_tile()).unwrap(), golden, "the encoder still makes the same of it");
 }
 
 #[test]
 fn the_header_and_the_directory_stand_where_the_specification_says() {
     let bytes = encode(&small_tile()).unwrap();
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    assert_eq!(&bytes[..8], b"SPTL\x01\x03\x06\xfe");
+    assert_eq!(&bytes[..8], b"SPTL\x02\x03\x06\xfe");
     assert_eq!([8, 12, 16, 20, 28].map(word), [5, 2, 0, 5, bytes.len() as u32]);
     assert_eq!(bytes[24..28], [6, 0, 0, 0]);
-    let entries = (0..6).map(|level| 32 + 32 * level);
-    let kinds: Vec<u8> = entries.clone().map(|entry| bytes[entry]).collect();
-    assert_eq!(kinds, [0, 0, 1, 2, 3, 4]);
-    let mut end = 32 + 32 * 6;
-    for entry in entries {
-        assert_eq!(word(entry + 4), end);
-        end += word(entry + 8);
-    }
-    assert_eq!(end, bytes.len() as u32);
+    assert_eq!([32, 36].map(word), [3, 1], "the base is one triangle");
+    let ends: Vec<u32> = (0..6).map(|level| word(72 + 20 * level)).collect();
+    assert!(ends.is_sorted() && ends[0] > 72 + 20 * 6 && ends[5] == bytes.len() as u32);
+    let vertices: Vec<u32> = (0..6).map(|level| word(72 + 20 * level + 4)).collect();
+    assert_eq!(vertices, [14, 15, 16, 16, 16, 16]);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use terrain_core::SurfacePartition;
 use terrain_core::partition::{self, Level, PartitionError};
 use thiserror::Error;
 
-use crate::codec::{Limits, rounded_up};
+use crate::codec::{Limits, double, rounded_up, word};
 use crate::progressive::{self, BaseSize, Damaged, Frame, Sampling};
 
 const MAGIC: &[u8; 4] = b"SPMF";
@@ -257,14 +257,6 @@ fn directory<'a>(bytes: &'a [u8], count: usize, limits: &Limits) -> Result<(Vec<
         return Err(DecodeError::Truncated(bytes.len()));
     }
     Ok((levels, runs))
-}
-
-fn word(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
-}
-
-fn double(bytes: &[u8], at: usize) -> f64 {
-    f64::from_bits(u64::from(word(bytes, at)) | u64::from(word(bytes, at + 4)) << 32)
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod collapses;
 mod flatness;
 mod level;
 mod number;
+mod plan_model;
 mod range_coder;
 mod sampling;
 mod schedule;
@@ -28,9 +29,9 @@ use thiserror::Error;
 use base::Base;
 use collapses::{Collapses, unravel};
 use level::{LevelCoder, Stage, Unknown};
-use range_coder::{Decoder, Encoder};
+use range_coder::{Coder, Decoder, Encoder};
 use schedule::Schedule;
-use split::Space;
+use split::SplitModel;
 use surface::Surface;
 
 pub use sampling::Sampling;
@@ -121,14 +122,14 @@ pub fn encode(partition: &SurfacePartition, frame: &Frame) -> Result<Coded, Enco
     };
     let mut encoder = Encoder::new();
     let count = [base.positions.len(), base.triangles.len()];
-    Base::code(&mut encoder, count, frame.bounds, |_| false, &base).ok_or(EncodeError::NotASurface)?;
+    Base::code(&mut encoder, count, frame.bounds, &base).ok_or(EncodeError::NotASurface)?;
     let mut coder = level_coder(base, frame);
     let mut levels = Vec::with_capacity(partition.levels.len());
     for (index, level) in partition.levels.iter().enumerate() {
         schedule.level = index as u32;
         let splits = level.vertex_end as usize - coder.surface.positions.len();
         let stage = stage(index, partition.levels.len(), frame);
-        let coded = coder.code(&mut encoder, |_| false, stage, splits, &mut schedule);
+        let coded = coder.code(&mut encoder, stage, splits, &mut schedule);
         coded.map_err(|_| EncodeError::NotASurface)?;
         levels.push(std::mem::replace(&mut encoder, Encoder::new()).finish());
     }
@@ -149,13 +150,13 @@ pub fn decode(base: BaseSize, levels: &[Level], bytes: &[&[u8]], frame: &Frame) 
             Some(coder) => coder,
             none => {
                 let size = [base.vertices as usize, base.triangles as usize];
-                let read = Base::code(&mut decoder, size, frame.bounds, Decoder::is_exhausted, &Base::default());
+                let read = Base::code(&mut decoder, size, frame.bounds, &Base::default());
                 none.insert(level_coder(read.ok_or(Damaged(index))?, frame))
             }
         };
         let splits = (level.vertex_end as usize).checked_sub(coder.surface.positions.len());
         let stage = stage(index, levels.len(), frame);
-        let read = coder.code(&mut decoder, Decoder::is_exhausted, stage, splits.ok_or(Damaged(index))?, &mut Unknown);
+        let read = coder.code(&mut decoder, stage, splits.ok_or(Damaged(index))?, &mut Unknown);
         let is_complete = coder.surface.triangle_count() == level.triangle_end as usize;
         if read.is_err() || !is_complete || decoder.is_exhausted() {
             return Err(Damaged(index));
@@ -163,7 +164,7 @@ pub fn decode(base: BaseSize, levels: &[Level], bytes: &[&[u8]], frame: &Frame) 
     }
     let coder = reader.ok_or(Damaged(0))?;
     Ok(SurfacePartition {
-        positions: coder.stored,
+        positions: coder.made_at,
         blue_positions: coder.blue_positions,
         representatives: coder.representatives,
         triangles: coder.surface.triangles().to_vec(),
@@ -182,11 +183,8 @@ fn stage(index: usize, count: usize, frame: &Frame) -> Stage {
 }
 
 fn level_coder(base: Base, frame: &Frame) -> LevelCoder {
-    let space = Space {
-        is_height_field: frame.is_height_field,
-        sampling: frame.sampling,
-    };
-    LevelCoder::new(Surface::new(base.positions, &base.triangles), space, frame.bounds)
+    let splits = SplitModel::new(frame.is_height_field, frame.sampling, base.positions.len());
+    LevelCoder::new(Surface::new(base.positions, &base.triangles), splits, frame.bounds)
 }
 
 fn check_lattice(partition: &SurfacePartition, frame: &Frame) -> Result<(), EncodeError> {

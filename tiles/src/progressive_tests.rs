@@ -52,7 +52,8 @@ fn sorted(mesh: &Mesh) -> Vec<[[i64; 3]; 3]> {
     triangles
 }
 
-fn assert_same_levels(one: &SurfacePartition, other: &SurfacePartition) {
+/// Asserts that two partitions draw the same at every level.
+pub(crate) fn assert_same_levels(one: &SurfacePartition, other: &SurfacePartition) {
     assert_eq!(one.levels, other.levels);
     for level in 0..one.levels.len() {
         assert!(sorted(&one.lod(level)) == sorted(&other.lod(level)), "level {level}");

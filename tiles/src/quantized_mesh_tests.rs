@@ -21,6 +21,7 @@ fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
         address,
         extent_bits,
         height_exponent: -6,
+        sampling: None,
         partition: SurfacePartition::from_log(mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.0; 5],
     }

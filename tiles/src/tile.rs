@@ -11,6 +11,7 @@ use terrain_core::{Mesh, SurfacePartition};
 
 use crate::address::{Side, TileAddress};
 use crate::ellipsoid::{self, Geodetic};
+use crate::progressive::Sampling;
 
 /// One tile of the pyramid.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,9 @@ pub struct Tile {
     pub extent_bits: u8,
     /// Heights are integer multiples of 2^`height_exponent` metres.
     pub height_exponent: i8,
+    /// Where the source's samples lie on the lattice, if they are in straight columns and rows along its axes: vertices like to
+    /// be samples, and are then told in fewer bytes.
+    pub sampling: Option<Sampling>,
     /// Positions: x, y in lattice units from the tile's south-west corner (integers), z in metres above the
     /// ellipsoid (or whatever the source's vertical datum is). The last four levels are the sides, in the order of
     /// [`Side::ALL`].

@@ -236,6 +236,7 @@ fn tile(address: TileAddress, mesh: &Mesh, collapses: &[Option<(DVec2, DVec2)>])
         address,
         extent_bits: BITS - address.zoom,
         height_exponent: -6,
+        sampling: None,
         partition,
         outline_errors,
     }

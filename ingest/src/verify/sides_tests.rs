@@ -10,6 +10,7 @@ fn tile(zoom: u8, x: u32, y: u32) -> Tile {
         address: TileAddress { zoom, x, y },
         extent_bits: 10 - zoom,
         height_exponent: 0,
+        sampling: None,
         partition: SurfacePartition::default(),
         outline_errors: Vec::new(),
     }

@@ -105,22 +105,25 @@ impl<'a> Unraveller<'a> {
         Ok(())
     }
 
-    /// Collapses edges of which no star touches another, those first that change the surface least; tells how many.
+    /// Collapses edges, those first that change the surface least, and none of which the triangles of the blue vertex are no
+    /// longer what they were; tells how many.
     fn collapse_flattest(&mut self, flatness: &Flatness) -> usize {
         let mut candidates = self.candidates(flatness);
         candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut is_touched = vec![false; self.is_vertex.len()];
+        let mut around = Neighbourhood::default();
         let mut count = 0;
         for (_, blue, red) in candidates {
-            self.star.gather(&self.connectivity, blue, red);
-            if self.star.vertices().iter().any(|&vertex| is_touched[vertex as usize]) {
+            around.gather(&self.connectivity, blue);
+            if is_touched[blue as usize] || around.neighbours().any(|vertex| is_touched[vertex as usize]) {
                 continue;
             }
-            for &vertex in self.star.vertices() {
-                is_touched[vertex as usize] = true;
-            }
+            self.star.gather(&self.connectivity, blue, red);
             let red_position = self.partition.positions[red as usize];
-            count += usize::from(self.perform(blue, red, red_position, 0).is_some());
+            if self.star.link_condition().is_ok() && self.perform(blue, red, red_position, 0).is_some() {
+                is_touched[red as usize] = true;
+                count += 1;
+            }
         }
         count
     }

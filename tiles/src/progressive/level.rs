@@ -12,13 +12,13 @@
 use glam::DVec3;
 
 use super::range_coder::{Coder, Probability};
-use super::split::{Space, Split, SplitModel};
+use super::split::{Place, Split, SplitModel};
 use super::surface::{Ring, Surface, are_possible};
 
 /// Valences that have statistics of their own.
 const VALENCES: usize = 12;
 /// Vertices of more neighbours are never split: the work a split takes must not grow with the surface.
-pub(super) const MAX_VALENCE: usize = 1024;
+const MAX_VALENCE: u32 = 1024;
 
 /// Which part of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,10 +31,23 @@ pub(super) enum Stage {
     Boundary,
 }
 
+/// Why a vertex is to be asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum News {
+    /// It is not.
+    None,
+    /// A star next to it, or its own, changed.
+    Near,
+    /// The level begins.
+    Level,
+}
+
 /// Knows the splits, or is none the wiser and lets the bits tell.
 pub(super) trait Source {
-    /// The split of a vertex, if it splits now.
-    fn split(&mut self, vertex: u32, ring: &Ring) -> Option<Split>;
+    /// Whether a vertex splits now.
+    fn splits(&self, vertex: u32) -> bool;
+    /// How it does.
+    fn split(&self, vertex: u32, ring: &Ring) -> Split;
     /// That split was made.
     fn performed(&mut self, vertex: u32);
 }
@@ -43,57 +56,50 @@ pub(super) trait Source {
 pub(super) struct Unknown;
 
 impl Source for Unknown {
-    fn split(&mut self, _: u32, _: &Ring) -> Option<Split> {
-        None
+    fn splits(&self, _: u32) -> bool {
+        false
+    }
+
+    fn split(&self, _: u32, _: &Ring) -> Split {
+        Split::default()
     }
 
     fn performed(&mut self, _: u32) {}
 }
 
-/// Why the bits make no surface.
+/// The bits make no surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fault {
-    /// No vertex is left to be asked.
-    TooFewSplits,
-    /// A star cannot be cut so.
-    Cuts,
-    /// A coordinate is out of range.
-    Position,
-    /// The bytes ended before.
-    Exhausted,
-}
+pub(super) struct Fault;
 
 /// The state that encoder and decoder share.
 #[derive(Debug)]
 pub(super) struct LevelCoder {
     pub(super) surface: Surface,
-    /// For each vertex its representative, and where that was before: itself and its place where there is none.
+    /// For each vertex its representative, itself where there is none.
     pub(super) representatives: Vec<u32>,
-    pub(super) stored: Vec<DVec3>,
+    /// Where each vertex was when it was made.
+    pub(super) made_at: Vec<DVec3>,
+    /// Where its representative went then; its own place where there is none.
     pub(super) blue_positions: Vec<DVec3>,
-    low: DVec3,
-    high: DVec3,
+    bounds: [DVec3; 2],
     splits: SplitModel,
-    flags: [[[[Probability; VALENCES]; 2]; 2]; 3],
-    is_to_ask: Vec<bool>,
-    was_asked: Vec<bool>,
+    answers: [[[[Probability; VALENCES]; 2]; 2]; 3],
+    news: Vec<News>,
     ring: Ring,
 }
 
 impl LevelCoder {
-    pub(super) fn new(surface: Surface, space: Space, [low, high]: [DVec3; 2]) -> Self {
+    pub(super) fn new(surface: Surface, splits: SplitModel, bounds: [DVec3; 2]) -> Self {
         let count = surface.positions.len();
         Self {
             representatives: (0..count as u32).collect(),
-            stored: surface.positions.clone(),
+            made_at: surface.positions.clone(),
             blue_positions: surface.positions.clone(),
-            splits: SplitModel::new(space, count),
             surface,
-            low,
-            high,
-            flags: Default::default(),
-            is_to_ask: Vec::new(),
-            was_asked: Vec::new(),
+            bounds,
+            splits,
+            answers: Default::default(),
+            news: Vec::new(),
             ring: Ring::default(),
         }
     }
@@ -102,80 +108,98 @@ impl LevelCoder {
     pub(super) fn code<C: Coder>(
         &mut self,
         coder: &mut C,
-        is_exhausted: impl Fn(&C) -> bool,
         stage: Stage,
         count: usize,
         source: &mut impl Source,
     ) -> Result<(), Fault> {
         let end = self.surface.positions.len() + count;
-        self.is_to_ask.clear();
-        self.is_to_ask.resize(self.surface.positions.len(), true);
-        self.was_asked.clear();
-        self.was_asked.resize(self.surface.positions.len(), false);
+        self.news.clear();
+        self.news.resize(self.surface.positions.len(), News::Level);
         while self.surface.positions.len() < end {
-            let mut is_anyone_asked = false;
-            for vertex in 0..self.surface.positions.len() as u32 {
-                if !std::mem::take(&mut self.is_to_ask[vertex as usize]) {
-                    continue;
-                }
-                is_anyone_asked = true;
-                if self.ask(coder, stage, vertex, source)? && self.surface.positions.len() == end {
-                    break;
-                }
-                if is_exhausted(coder) {
-                    return Err(Fault::Exhausted);
-                }
-            }
-            if !is_anyone_asked {
-                return Err(Fault::TooFewSplits);
+            if self.ask_all(coder, stage, end, source)? == 0 {
+                return Err(Fault);
             }
         }
         Ok(())
     }
 
-    fn ask<C: Coder>(&mut self, coder: &mut C, stage: Stage, vertex: u32, source: &mut impl Source) -> Result<bool, Fault> {
-        let mut ring = std::mem::take(&mut self.ring);
-        self.surface.walk(vertex, &mut ring);
-        let can_split = (2..=MAX_VALENCE).contains(&ring.vertices.len()) && !(stage == Stage::Boundary && ring.is_closed());
-        let split = source.split(vertex, &ring);
-        let asked = std::mem::replace(&mut self.was_asked[vertex as usize], true);
-        let valence = ring.vertices.len().min(VALENCES - 1);
-        let flag = &mut self.flags[stage as usize][usize::from(ring.is_closed())][usize::from(asked)][valence];
-        let splits = can_split && coder.bit(flag, split.is_some());
-        let result = if splits {
-            self.split(coder, stage, vertex, &ring, split.unwrap_or_default())
-        } else {
-            Ok(())
-        };
-        if splits {
-            source.performed(vertex);
+    /// Asks every vertex that is to be asked; tells how many were.
+    fn ask_all<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        stage: Stage,
+        end: usize,
+        source: &mut impl Source,
+    ) -> Result<usize, Fault> {
+        let mut asked = 0;
+        for vertex in 0..self.news.len() as u32 {
+            let news = std::mem::replace(&mut self.news[vertex as usize], News::None);
+            if news == News::None || !self.can_split(stage, vertex) {
+                continue;
+            }
+            asked += 1;
+            let is_closed = usize::from(self.surface.is_closed(vertex));
+            let is_asked_again = usize::from(news == News::Near);
+            let valence = (self.surface.valence(vertex) as usize).min(VALENCES - 1);
+            let answer = &mut self.answers[stage as usize][is_closed][is_asked_again][valence];
+            if coder.bit(answer, source.splits(vertex)) {
+                self.split(coder, stage, vertex, source)?;
+            }
+            if coder.is_exhausted() {
+                return Err(Fault);
+            }
+            if self.surface.positions.len() == end {
+                break;
+            }
         }
-        self.ring = ring;
-        result.map(|()| splits)
+        Ok(asked)
     }
 
-    fn split<C: Coder>(&mut self, coder: &mut C, stage: Stage, vertex: u32, ring: &Ring, split: Split) -> Result<(), Fault> {
-        let split = self.splits.code(coder, &self.surface, vertex, ring, stage == Stage::Base, split);
-        if !are_possible(split.cuts, ring) {
-            return Err(Fault::Cuts);
+    fn can_split(&self, stage: Stage, vertex: u32) -> bool {
+        (2..=MAX_VALENCE).contains(&self.surface.valence(vertex))
+            && (stage != Stage::Boundary || !self.surface.is_closed(vertex))
+    }
+
+    fn split<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        stage: Stage,
+        vertex: u32,
+        source: &mut impl Source,
+    ) -> Result<(), Fault> {
+        self.surface.walk(vertex, &mut self.ring);
+        let place = Place {
+            surface: &self.surface,
+            vertex,
+            ring: &self.ring,
+            is_still: stage == Stage::Base,
+        };
+        let split = self.splits.code(coder, place, source.split(vertex, &self.ring));
+        if !are_possible(split.cuts, &self.ring) || !self.is_inside(split.blue) || !self.is_inside(split.red) {
+            return Err(Fault);
         }
-        let is_inside = |position: DVec3| position.cmpge(self.low).all() && position.cmple(self.high).all();
-        if !is_inside(split.blue) || !is_inside(split.red) {
-            return Err(Fault::Position);
-        }
-        self.surface.split(vertex, ring, split.cuts, split.blue);
+        self.surface.split(vertex, &self.ring, split.cuts, split.blue);
         self.surface.positions[vertex as usize] = split.red;
-        let blue = self.stored.len() as u32;
-        self.stored.push(split.blue);
+        self.note(stage, vertex, split);
+        source.performed(vertex);
+        Ok(())
+    }
+
+    fn is_inside(&self, position: DVec3) -> bool {
+        let [low, high] = self.bounds;
+        position.cmpge(low).all() && position.cmple(high).all()
+    }
+
+    fn note(&mut self, stage: Stage, vertex: u32, split: Split) {
+        let blue = self.made_at.len() as u32;
         let is_base = stage == Stage::Base;
+        self.made_at.push(split.blue);
         self.representatives.push(if is_base { blue } else { vertex });
         self.blue_positions.push(if is_base { split.blue } else { split.red });
-        self.is_to_ask.push(true);
-        self.was_asked.push(false);
-        self.is_to_ask[vertex as usize] = true;
-        for &neighbour in &ring.vertices {
-            self.is_to_ask[neighbour as usize] = true;
+        self.news.push(News::Near);
+        self.news[vertex as usize] = News::Near;
+        for &neighbour in &self.ring.vertices {
+            self.news[neighbour as usize] = News::Near;
         }
-        Ok(())
     }
 }

@@ -37,21 +37,23 @@ impl Default for NumberModel {
 }
 
 impl NumberModel {
-    /// Codes a number that is expected to be as large as `guess`; `sign` tells kinds of expectations of its sign apart.
-    pub(super) fn code(&mut self, coder: &mut impl Coder, guess: u64, sign: usize, value: i64) -> i64 {
-        let magnitude = value.unsigned_abs();
-        let (length, class) = self.code_length(coder, guess, bit_length(magnitude));
+    /// Codes a whole number that is expected to be as large as `guess`; `sign` tells kinds of expectations of its sign apart.
+    #[inline]
+    pub(super) fn code(&mut self, coder: &mut impl Coder, guess: f64, sign: usize, value: f64) -> f64 {
+        let magnitude = value.abs() as u64;
+        let (length, class) = self.code_length(coder, guess as u64, bit_length(magnitude));
         if length == 0 {
-            return 0;
+            return 0.0;
         }
-        let magnitude = self.code_mantissa(coder, class, length, magnitude) as i64;
-        if coder.bit(&mut self.signs[sign], value < 0) {
+        let magnitude = self.code_mantissa(coder, class, length, magnitude) as f64;
+        if coder.bit(&mut self.signs[sign], value < 0.0) {
             -magnitude
         } else {
             magnitude
         }
     }
 
+    #[inline]
     fn code_length(&mut self, coder: &mut impl Coder, guess: u64, length: u32) -> (u32, usize) {
         let expected = bit_length(guess);
         let second_bit = (guess << 1 >> expected & 1) as usize;
@@ -65,6 +67,7 @@ impl NumberModel {
         ((class as i32 + offset).max(0) as u32, class)
     }
 
+    #[inline]
     fn code_mantissa(&mut self, coder: &mut impl Coder, class: usize, length: u32, magnitude: u64) -> u64 {
         let mut read = 1;
         let learned = (length - 1).min(2);
@@ -78,6 +81,7 @@ impl NumberModel {
 }
 
 /// Codes one of as many symbols as there are probabilities, a power of two.
+#[inline]
 pub(super) fn code_symbol(coder: &mut impl Coder, probabilities: &mut [Probability], symbol: usize) -> usize {
     let count = probabilities.len();
     let mut node = 1;
@@ -90,6 +94,6 @@ pub(super) fn code_symbol(coder: &mut impl Coder, probabilities: &mut [Probabili
 }
 
 /// How many bits a number has; 0 has none.
-pub(super) fn bit_length(number: u64) -> u32 {
+fn bit_length(number: u64) -> u32 {
     u64::BITS - number.leading_zeros()
 }

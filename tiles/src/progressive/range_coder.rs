@@ -58,6 +58,11 @@ pub(super) trait Coder {
     /// A bit that is 1 as often as not.
     fn even_bit(&mut self, bit: bool) -> bool;
 
+    /// Whether more was read than there is.
+    fn is_exhausted(&self) -> bool {
+        false
+    }
+
     /// The lowest `count` bits of a number, all as likely.
     fn even_bits(&mut self, count: u32, value: u64) -> u64 {
         (0..count).rev().fold(0, |read, shift| {
@@ -169,11 +174,6 @@ impl<'a> Decoder<'a> {
         decoder
     }
 
-    /// Whether more was read than there is.
-    pub(super) fn is_exhausted(&self) -> bool {
-        self.next > self.bytes.len() + AHEAD
-    }
-
     fn shift(&mut self) {
         self.code = self.code << 8 | u32::from(self.bytes.get(self.next).copied().unwrap_or(0));
         self.next += 1;
@@ -202,6 +202,10 @@ impl<'a> Decoder<'a> {
 }
 
 impl Coder for Decoder<'_> {
+    fn is_exhausted(&self) -> bool {
+        self.next > self.bytes.len() + AHEAD
+    }
+
     #[inline]
     fn bit(&mut self, probability: &mut Probability, _: bool) -> bool {
         let bit = self.decide(probability.bound(self.range));
@@ -218,3 +222,4 @@ impl Coder for Decoder<'_> {
 #[cfg(test)]
 #[path = "range_coder_tests.rs"]
 mod tests;
+

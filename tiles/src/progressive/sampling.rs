@@ -21,7 +21,9 @@ pub(super) enum Fit {
 }
 
 impl Fit {
-    const ALL: [Self; 5] = [Self::Same, Self::Sample(0), Self::Sample(1), Self::Sample(2), Self::Free];
+    /// How many there are.
+    pub(super) const COUNT: usize = 5;
+    const ALL: [Self; Self::COUNT] = [Self::Same, Self::Sample(0), Self::Sample(1), Self::Sample(2), Self::Free];
 
     pub(super) fn from_symbol(symbol: usize) -> Self {
         Self::ALL.get(symbol).copied().unwrap_or(Self::Free)

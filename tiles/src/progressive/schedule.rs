@@ -43,13 +43,16 @@ impl<'a> Schedule<'a> {
 }
 
 impl Source for Schedule<'_> {
-    fn split(&mut self, vertex: u32, ring: &Ring) -> Option<Split> {
+    fn splits(&self, vertex: u32) -> bool {
         let collapse = self.next[self.originals[vertex as usize] as usize];
-        if collapse == NONE || self.waiting[collapse as usize] > 0 {
-            return None;
-        }
-        let undo = &self.collapses.undos[collapse as usize];
-        (undo.level == self.level).then(|| Split {
+        collapse != NONE
+            && self.waiting[collapse as usize] == 0
+            && self.collapses.undos[collapse as usize].level == self.level
+    }
+
+    fn split(&self, vertex: u32, ring: &Ring) -> Split {
+        let undo = &self.collapses.undos[self.next[self.originals[vertex as usize] as usize] as usize];
+        Split {
             cuts: Cuts {
                 side: undo.side,
                 first: self.place(ring, undo.cuts[0]),
@@ -57,7 +60,7 @@ impl Source for Schedule<'_> {
             },
             blue: self.partition.positions[undo.blue as usize],
             red: undo.red_before,
-        })
+        }
     }
 
     fn performed(&mut self, vertex: u32) {

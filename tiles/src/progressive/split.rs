@@ -2,8 +2,7 @@
 //!
 //! ```text
 //! side      which part of an open star goes over                      only on the boundary
-//! blue      plan: how it lies to the samples, the distance from red, in steps of theirs or in lattice units
-//!           height: the difference from the star's triangles there
+//! blue      its plan, then the difference of its height from the star's triangles there
 //! red       whether and how it moves back, its height                 not before the first level is complete
 //! cuts      the rank of each among the neighbours, by the angle under which they see the edge from red to blue
 //! ```
@@ -11,15 +10,24 @@
 use glam::DVec3;
 
 use super::number::{NumberModel, SIGNS, code_symbol};
+use super::plan_model::{Expected, Known, PlanModel};
 use super::range_coder::{Coder, Probability};
-use super::sampling::{Fit, Sampling};
+use super::sampling::Sampling;
 use super::star::{Axes, Star, is_candidate};
 use super::surface::{Cuts, Ring, Side, Surface};
 
-/// Ranks and numbers of candidates that have statistics of their own.
+/// Ranks that have statistics of their own.
 const RANKS: usize = 8;
+/// By how much the cotangent of the next neighbour must be larger to count as clearly worse, more clearly …
+const LEADS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 5.0, 1e20];
 /// Share of the latest difference in what is remembered of those around a vertex.
-const NEWS: f64 = 0.3;
+const NEWS: f64 = 0.6;
+/// Share of a vertex's own differences in what is expected of the next; the rest is its neighbours'.
+const OWN: f64 = 0.3;
+/// How much of what was expected and of what was found for blue is expected for red.
+const RED_SHARE: f64 = 0.4;
+/// Of [`SIGNS`], the one that says nothing of a sign.
+const NO_SIGN: usize = (SIGNS - 1) / 2;
 
 /// A vertex split.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,33 +39,35 @@ pub(super) struct Split {
     pub(super) red: DVec3,
 }
 
-/// What is known before any split.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Space {
-    /// Whether the third coordinate is a height over the other two.
-    pub(super) is_height_field: bool,
-    /// Where samples lie.
-    pub(super) sampling: Option<Sampling>,
+/// A star that is about to split.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub(super) surface: &'a Surface,
+    pub(super) vertex: u32,
+    pub(super) ring: &'a Ring,
+    /// Whether the vertex stays where it is.
+    pub(super) is_still: bool,
 }
 
 /// What splits looked like so far.
 #[derive(Debug)]
 pub(super) struct SplitModel {
-    space: Space,
+    is_height_field: bool,
     sides: [Probability; 4],
-    fits: [[[Probability; 8]; 8]; 4],
-    distances: [NumberModel; 4],
-    heights: NumberModel,
+    plan: PlanModel,
+    heights: [NumberModel; 2],
     red: RedModel,
-    ranks: [[[Probability; RANKS]; RANKS]; 2],
+    ranks: [[[Probability; LEADS.len() + 1]; RANKS]; 2],
     /// What height differences around each vertex were like.
     roughness: Vec<f64>,
     star: Star,
+    candidates: Vec<(f64, usize)>,
 }
 
+/// How the old vertex moves.
 #[derive(Debug, Default)]
 struct RedModel {
-    moves: [Probability; 2],
+    moves: Probability,
     is_midway: Probability,
     rounds: [Probability; 2],
     distances: NumberModel,
@@ -65,47 +75,42 @@ struct RedModel {
 }
 
 impl SplitModel {
-    pub(super) fn new(space: Space, vertex_count: usize) -> Self {
+    pub(super) fn new(is_height_field: bool, sampling: Option<Sampling>, vertex_count: usize) -> Self {
         Self {
-            space,
+            is_height_field,
             sides: Default::default(),
-            fits: Default::default(),
-            distances: Default::default(),
-            heights: NumberModel::default(),
+            plan: PlanModel::new(sampling),
+            heights: Default::default(),
             red: RedModel::default(),
             ranks: Default::default(),
             roughness: vec![0.0; vertex_count],
             star: Star::default(),
+            candidates: Vec::new(),
         }
     }
 
-    /// Codes the split of `vertex`, whose walk is `ring`; one that does not move it if `is_still`.
-    pub(super) fn code<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        surface: &Surface,
-        vertex: u32,
-        ring: &Ring,
-        is_still: bool,
-        split: Split,
-    ) -> Split {
+    /// Codes the split of a vertex.
+    pub(super) fn code(&mut self, coder: &mut impl Coder, place: Place, told: Split) -> Split {
+        let Place { surface, vertex, ring, .. } = place;
         self.star.gather(surface, vertex, ring);
-        let axes = if self.space.is_height_field {
-            Axes::PLAN
-        } else {
-            Axes::across(&self.star)
-        };
-        self.star.reorder(axes);
+        let axes = if self.is_height_field { Axes::PLAN } else { self.star.turn() };
         let centre = axes.ordered(surface.positions[vertex as usize]);
-        let side = self.code_side(coder, ring, split.cuts.side);
-        let blue = self.code_blue(coder, vertex, side, centre, axes.ordered(split.blue));
-        let red = if is_still {
-            centre
-        } else {
-            self.code_red(coder, vertex, centre, blue, axes.ordered(split.red))
-        };
-        let cuts = self.code_cuts(coder, ring, [red - centre, blue - centre], Cuts { side, ..split.cuts });
-        self.roughness.push(self.roughness[vertex as usize]);
+        let side = self.code_side(coder, ring, told.cuts.side);
+        let (mut blue, height) = self.code_plan(coder, side, centre, axes.ordered(told.blue));
+        let expected = self.expected_difference(vertex, ring);
+        let model = &mut self.heights[usize::from(place.is_still)];
+        let difference = model.code(coder, expected, NO_SIGN, axes.ordered(told.blue).z - height);
+        blue.z = height + difference;
+        let roughness = &mut self.roughness[vertex as usize];
+        *roughness += (difference.abs() - *roughness) * NEWS;
+        let roughness = *roughness;
+        self.roughness.push(roughness);
+        let mut red = centre;
+        if !place.is_still {
+            let expected = roughness * RED_SHARE + difference.abs() * RED_SHARE;
+            red = self.red.code(coder, centre, blue, [expected, difference], axes.ordered(told.red));
+        }
+        let cuts = self.code_cuts(coder, ring, [red - centre, blue - centre], Cuts { side, ..told.cuts });
         Split {
             cuts,
             blue: axes.restored(blue),
@@ -113,166 +118,128 @@ impl SplitModel {
         }
     }
 
-    fn code_side<C: Coder>(&mut self, coder: &mut C, ring: &Ring, side: Side) -> Side {
+    fn code_side(&mut self, coder: &mut impl Coder, ring: &Ring, told: Side) -> Side {
         if ring.is_closed() {
             return Side::Inner;
         }
-        Side::ALL[code_symbol(coder, &mut self.sides, side as usize)]
+        Side::ALL[code_symbol(coder, &mut self.sides, told as usize)]
     }
 
-    fn code_blue<C: Coder>(&mut self, coder: &mut C, vertex: u32, side: Side, centre: DVec3, blue: DVec3) -> DVec3 {
+    /// Codes blue's place in plan; tells it and the height of the star's triangles there.
+    fn code_plan(&mut self, coder: &mut impl Coder, side: Side, centre: DVec3, told: DVec3) -> (DVec3, f64) {
         let spokes = self.star.toward(side);
-        let mut place = centre;
         let is_along = matches!(side, Side::Front | Side::Back);
-        let red_fit = self.space.sampling.map_or(Fit::Free, |sampling| sampling.fit(0, centre.x));
-        let context = 2 * usize::from(is_along);
-        let expected = Expected::of(spokes.iter().map(|spoke| spoke.x));
-        let (fit, x) = code_coordinate(
-            coder, self.space.sampling, 0, &mut self.fits[context][red_fit.symbol()], &mut self.distances[..2],
-            expected, centre.x, blue.x,
-        );
-        place.x = x;
+        let nowhere = Expected::default();
+        let known = Known {
+            axis: 0,
+            is_along,
+            fit: self.plan.fit(0, centre.x),
+            from: centre.x,
+            expected: Expected::of(spokes.iter().map(|spoke| spoke.x)).unwrap_or(nowhere),
+        };
+        let (x, fit) = self.plan.code(coder, known, told.x);
         let ahead = x - centre.x;
-        let same_side = spokes.iter().filter(|spoke| spoke.x * ahead > 0.0).map(|spoke| spoke.y);
-        let mut expected = Expected::of(same_side);
-        if expected.count == 0 {
-            expected = Expected::of(spokes.iter().map(|spoke| spoke.y));
-        }
-        let (_, y) = code_coordinate(
-            coder, self.space.sampling, 1, &mut self.fits[context + 1][fit.symbol()], &mut self.distances[2..],
-            expected, centre.y, blue.y,
-        );
-        place.y = y;
-        let predicted = centre.z + (self.star.height_at(side, place - centre) + 0.5).floor();
-        let guess = self.roughness[vertex as usize];
-        let difference = self.heights.code(coder, guess as u64, 4, (blue.z - predicted) as i64) as f64;
-        self.roughness[vertex as usize] = guess + (difference.abs() - guess) * NEWS;
-        place.z = predicted + difference;
-        place
+        let on_that_side = spokes.iter().filter(|spoke| spoke.x * ahead > 0.0).map(|spoke| spoke.y);
+        let known = Known {
+            axis: 1,
+            is_along,
+            fit,
+            from: centre.y,
+            expected: Expected::of(on_that_side)
+                .or_else(|| Expected::of(spokes.iter().map(|spoke| spoke.y)))
+                .unwrap_or(nowhere),
+        };
+        let (y, _) = self.plan.code(coder, known, told.y);
+        let blue = DVec3::new(x, y, centre.z);
+        let height = centre.z + (self.star.height_at(side, blue - centre) + 0.5).floor();
+        (blue, height)
     }
 
-    fn code_red<C: Coder>(&mut self, coder: &mut C, vertex: u32, centre: DVec3, blue: DVec3, red: DVec3) -> DVec3 {
-        let model = &mut self.red;
-        let moves = red.x != centre.x || red.y != centre.y;
-        let mut place = centre;
-        let mut kind = 0;
-        if coder.bit(&mut model.moves[0], moves) {
-            kind = 1;
-            let midway = 2.0 * centre - blue;
-            let rounding = midway - red;
-            let is_round = |number: f64| number == 0.0 || number == 1.0;
-            if coder.bit(&mut model.is_midway, is_round(rounding.x) && is_round(rounding.y)) {
-                for axis in 0..2 {
-                    let rounds = coder.bit(&mut model.rounds[axis], rounding[axis] == 1.0);
-                    place[axis] = midway[axis] - f64::from(u8::from(rounds));
-                }
-                place.z = midway.z;
-            } else {
-                for axis in 0..2 {
-                    let guess = (blue[axis] - centre[axis]).abs() as u64;
-                    place[axis] += model.distances.code(coder, guess, 0, (red[axis] - centre[axis]) as i64) as f64;
-                }
-            }
-        }
-        let guess = self.roughness[vertex as usize] as u64;
-        place.z += model.heights[kind].code(coder, guess, 4, (red.z - place.z) as i64) as f64;
-        place
+    fn expected_difference(&self, vertex: u32, ring: &Ring) -> f64 {
+        let neighbours = ring.vertices.iter().map(|&neighbour| self.roughness[neighbour as usize]);
+        let around = neighbours.sum::<f64>() / ring.vertices.len() as f64;
+        self.roughness[vertex as usize] * OWN + around * (1.0 - OWN)
     }
 
-    fn code_cuts<C: Coder>(&mut self, coder: &mut C, ring: &Ring, [red, blue]: [DVec3; 2], told: Cuts) -> Cuts {
-        let mut cuts = Cuts { side: told.side, ..Cuts::default() };
-        let mirrored = told.side == Side::Outer;
-        let [red, blue] = if mirrored { [blue, red] } else { [red, blue] };
+    fn code_cuts(&mut self, coder: &mut impl Coder, ring: &Ring, [red, blue]: [DVec3; 2], told: Cuts) -> Cuts {
+        let mut cuts = Cuts {
+            side: told.side,
+            ..Cuts::default()
+        };
+        let edge = if told.side == Side::Outer { [blue, red] } else { [red, blue] };
         if told.side.has_first_cut() {
-            cuts.first = self.code_cut(coder, ring, [red, blue], cuts, told.first, false);
+            self.rank(edge, false, 0..ring.vertices.len());
+            cuts.first = self.code_cut(coder, 0, told.first);
         }
         if told.side.has_second_cut() {
-            cuts.second = self.code_cut(coder, ring, [red, blue], cuts, told.second, true);
+            let is_closed = ring.is_closed();
+            let places = (0..ring.vertices.len()).filter(|&place| is_candidate(cuts, place, is_closed));
+            self.rank(edge, true, places);
+            cuts.second = self.code_cut(coder, 1, told.second);
         }
         cuts
     }
 
+    /// Sorts the neighbours at which the star may be cut, the best first.
+    fn rank(&mut self, edge: [DVec3; 2], is_second: bool, places: impl Iterator<Item = usize>) {
+        self.candidates.clear();
+        for place in places {
+            let misfit = self.star.misfit(place, edge, is_second);
+            let better = self.candidates.iter().rposition(|other| other.0 <= misfit);
+            self.candidates.insert(better.map_or(0, |index| index + 1), (misfit, place));
+        }
+    }
+
     /// Codes how many neighbours fit better than the one at which the star is cut.
-    fn code_cut<C: Coder>(
-        &mut self,
-        coder: &mut C,
-        ring: &Ring,
-        [red, blue]: [DVec3; 2],
-        cuts: Cuts,
-        told: usize,
-        is_second: bool,
-    ) -> usize {
-        let count = ring.vertices.len();
-        let mut open: Vec<(f64, usize)> = (0..count)
-            .filter(|&place| !is_second || is_candidate(cuts, place, ring.is_closed()))
-            .map(|place| (self.star.misfit(place, red, blue, is_second), place))
-            .collect();
-        let context = open.len().min(RANKS - 1);
-        let mut rank = 0;
-        loop {
-            let Some(best) = (0..open.len()).min_by(|&a, &b| open[a].0.total_cmp(&open[b].0)) else {
-                return 0;
-            };
-            let (_, place) = open.swap_remove(best);
-            if open.is_empty() || coder.bit(&mut self.ranks[usize::from(is_second)][context][rank], place == told) {
-                return place;
+    fn code_cut(&mut self, coder: &mut impl Coder, which: usize, told: usize) -> usize {
+        for (rank, pair) in self.candidates.windows(2).enumerate() {
+            let lead = pair[1].0 - pair[0].0;
+            let clarity = LEADS.iter().filter(|&&least| lead > least).count();
+            let probability = &mut self.ranks[which][rank.min(RANKS - 1)][clarity];
+            if coder.bit(probability, pair[0].1 == told) {
+                return pair[0].1;
             }
-            rank = (rank + 1).min(RANKS - 1);
         }
+        self.candidates.last().map_or(0, |last| last.1)
     }
 }
 
-/// How far a coordinate is expected to be from the centre's, and on which side.
-#[derive(Clone, Copy, Debug)]
-struct Expected {
-    count: usize,
-    distance: f64,
-    sign: usize,
-}
-
-impl Expected {
-    fn of(differences: impl Iterator<Item = f64>) -> Self {
-        let (mut count, mut sum, mut distance) = (0, 0.0, 0.0);
-        for difference in differences {
-            count += 1;
-            sum += difference;
-            distance += difference.abs();
-        }
-        let lean = if distance > 0.0 { sum / distance } else { 0.0 };
-        Self {
-            count,
-            distance: if count > 0 { distance / count as f64 } else { 0.0 },
-            sign: ((lean + 1.0) * (SIGNS - 1) as f64 / 2.0 + 0.5).floor() as usize,
-        }
+impl RedModel {
+    /// Codes where the old vertex was: at its place, as far on the other side of it as blue, or anywhere. `expected` is how much its
+    /// height changes, `difference` how blue's differed.
+    fn code(
+        &mut self,
+        coder: &mut impl Coder,
+        centre: DVec3,
+        blue: DVec3,
+        [expected, difference]: [f64; 2],
+        told: DVec3,
+    ) -> DVec3 {
+        let moves = coder.bit(&mut self.moves, told.x != centre.x || told.y != centre.y);
+        let mut red = if moves { self.code_move(coder, centre, blue, told) } else { centre };
+        let sign = match difference {
+            _ if difference < 0.0 => 1,
+            _ if difference > 0.0 => 2,
+            _ => NO_SIGN,
+        };
+        red.z += self.heights[usize::from(moves)].code(coder, expected, sign, told.z - red.z);
+        red
     }
-}
 
-#[expect(clippy::too_many_arguments, reason = "prototype")]
-fn code_coordinate<C: Coder>(
-    coder: &mut C,
-    sampling: Option<Sampling>,
-    axis: usize,
-    fits: &mut [Probability],
-    distances: &mut [NumberModel],
-    expected: Expected,
-    centre: f64,
-    blue: f64,
-) -> (Fit, f64) {
-    let fit = if blue == centre {
-        Fit::Same
-    } else {
-        sampling.map_or(Fit::Free, |sampling| sampling.fit(axis, blue))
-    };
-    let fit = Fit::from_symbol(code_symbol(coder, fits, fit.symbol()));
-    let coordinate = match (fit, sampling) {
-        (Fit::Same, _) => centre,
-        (Fit::Sample(halvings), Some(sampling)) => {
-            let [from, to] = [centre, blue].map(|coordinate| sampling.index(axis, halvings, coordinate));
-            let guess = expected.distance / sampling.step[axis] * f64::from(1 << halvings);
-            let steps = distances[0].code(coder, guess as u64, expected.sign, (to - from) as i64) as f64;
-            sampling.coordinate(axis, halvings, from + steps)
+    fn code_move(&mut self, coder: &mut impl Coder, centre: DVec3, blue: DVec3, told: DVec3) -> DVec3 {
+        let midway = 2.0 * centre - blue;
+        let rounding = midway - told;
+        let is_rounding = |number: f64| number == 0.0 || number == 1.0;
+        let mut red = centre;
+        if coder.bit(&mut self.is_midway, is_rounding(rounding.x) && is_rounding(rounding.y)) {
+            let rounds = [0, 1].map(|axis| coder.bit(&mut self.rounds[axis], rounding[axis] == 1.0));
+            red.x = midway.x - f64::from(u8::from(rounds[0]));
+            red.y = midway.y - f64::from(u8::from(rounds[1]));
+            red.z = midway.z;
+        } else {
+            red.x += self.distances.code(coder, (blue.x - centre.x).abs(), NO_SIGN, told.x - centre.x);
+            red.y += self.distances.code(coder, (blue.y - centre.y).abs(), NO_SIGN, told.y - centre.y);
         }
-        _ => centre + distances[1].code(coder, expected.distance as u64, expected.sign, (blue - centre) as i64) as f64,
-    };
-    (fit, coordinate)
+        red
+    }
 }

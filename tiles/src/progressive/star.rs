@@ -16,8 +16,7 @@ impl Axes {
     pub(super) const PLAN: Self = Self([0, 1, 2]);
 
     /// The axis nearest to the normal last, the others so that the surface is counter-clockwise seen from its front.
-    pub(super) fn across(star: &Star) -> Self {
-        let normal = star.pairs().fold(DVec3::ZERO, |sum, [a, b]| sum + a.cross(b));
+    fn across(normal: DVec3) -> Self {
         let size = normal.abs();
         let height = if size.z >= size.x && size.z >= size.y {
             2
@@ -63,10 +62,13 @@ impl Star {
         self.spokes.extend(ring.vertices.iter().map(spoke));
     }
 
-    pub(super) fn reorder(&mut self, axes: Axes) {
+    /// Reorders coordinates, so that the star is counter-clockwise seen along the last axis.
+    pub(super) fn turn(&mut self) -> Axes {
+        let axes = Axes::across(self.pairs().fold(DVec3::ZERO, |sum, [a, b]| sum + a.cross(b)));
         for spoke in &mut self.spokes {
             *spoke = axes.ordered(*spoke);
         }
+        axes
     }
 
     /// Spokes that follow each other: the triangles.
@@ -104,7 +106,7 @@ impl Star {
 
     /// How ill a neighbour is placed to be where the star is cut: the cotangent of the angle under which it sees the new edge,
     /// from where `red` is to where `blue` is, and more where it is on the wrong side.
-    pub(super) fn misfit(&self, place: usize, red: DVec3, blue: DVec3, is_second: bool) -> f64 {
+    pub(super) fn misfit(&self, place: usize, [red, blue]: [DVec3; 2], is_second: bool) -> f64 {
         let (to_red, to_blue) = (red - self.spokes[place], blue - self.spokes[place]);
         let area = if is_second { cross(to_red, to_blue) } else { cross(to_blue, to_red) };
         let dot = to_red.x * to_blue.x + to_red.y * to_blue.y;

@@ -84,6 +84,10 @@ pub(super) struct Surface {
     twins: Vec<u32>,
     /// A half-edge from each vertex: the first of its walk.
     leaving: Vec<u32>,
+    /// How many neighbours each vertex has.
+    valences: Vec<u32>,
+    /// Whether a walk around each vertex ends where it began.
+    closed: Vec<bool>,
 }
 
 impl Surface {
@@ -92,6 +96,8 @@ impl Surface {
     pub(super) fn new(positions: Vec<DVec3>, triangles: &[[u32; 3]]) -> Self {
         let mut surface = Self {
             leaving: vec![NONE; positions.len()],
+            valences: vec![0; positions.len()],
+            closed: vec![false; positions.len()],
             positions,
             origins: triangles.as_flattened().to_vec(),
             twins: vec![NONE; 3 * triangles.len()],
@@ -116,7 +122,23 @@ impl Surface {
                 *leaving = edge;
             }
         }
+        let mut ring = Ring::default();
+        for vertex in 0..surface.positions.len() {
+            surface.walk(vertex as u32, &mut ring);
+            surface.valences[vertex] = ring.vertices.len() as u32;
+            surface.closed[vertex] = ring.is_closed();
+        }
         surface
+    }
+
+    /// How many neighbours a vertex has.
+    pub(super) fn valence(&self, vertex: u32) -> u32 {
+        self.valences[vertex as usize]
+    }
+
+    /// Whether a vertex is inside the surface.
+    pub(super) fn is_closed(&self, vertex: u32) -> bool {
+        self.closed[vertex as usize]
     }
 
     pub(super) fn triangle_count(&self) -> usize {
@@ -166,12 +188,38 @@ impl Surface {
         let blue = self.positions.len() as u32;
         self.positions.push(position);
         self.leaving.push(NONE);
+        self.count_neighbours(red, ring, cuts);
         if cuts.side == Side::Outer {
             self.give(&ring.edges, blue);
             self.leaving[blue as usize] = self.leaving[red as usize];
             self.open(blue, red, ring, cuts);
         } else {
             self.open(red, blue, ring, cuts);
+        }
+    }
+
+    /// Notes how many neighbours red and blue have after the split, and that the vertices at the cuts have one more.
+    fn count_neighbours(&mut self, red: u32, ring: &Ring, cuts: Cuts) {
+        let count = ring.vertices.len();
+        let (first, second) = (cuts.first, cuts.second);
+        let inner = match cuts.side {
+            Side::Front => second + 2,
+            Side::Back => count - first + 1,
+            Side::Inner | Side::Outer => (second + count - first) % count + 2,
+        };
+        let shared = usize::from(cuts.side.has_first_cut()) + usize::from(cuts.side.has_second_cut());
+        let outer = count + 2 + shared - inner;
+        let is_outer = cuts.side == Side::Outer;
+        let [of_red, of_blue] = if is_outer { [inner, outer] } else { [outer, inner] };
+        self.valences[red as usize] = of_red as u32;
+        self.valences.push(of_blue as u32);
+        self.closed.push(cuts.side == Side::Inner);
+        self.closed[red as usize] |= is_outer;
+        if cuts.side.has_first_cut() {
+            self.valences[ring.vertices[first] as usize] += 1;
+        }
+        if cuts.side.has_second_cut() {
+            self.valences[ring.vertices[second] as usize] += 1;
         }
     }
 
