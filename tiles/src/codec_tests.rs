@@ -79,12 +79,28 @@ fn samples_are_stored_and_shorten_a_tile_whose_vertices_they_are() {
 #[test]
 fn bytes_written_by_version_2_are_read_for_ever() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v2.spt");
-    if std::env::var_os("WRITE_GOLDEN").is_some() {
-        std::fs::write(file, encode(&small_tile()).unwrap()).unwrap();
-    }
     let golden = std::fs::read(file).unwrap();
     assert_same(&decode(&golden, &Limits::default()).unwrap(), &small_tile());
     assert_eq!(encode(&small_tile()).unwrap(), golden, "the encoder still makes the same of it");
+}
+
+/// The arrays of a tile as the decoder in TypeScript has them: positions, restored positions, representatives, corners.
+fn arrays(tile: &Tile) -> Vec<u8> {
+    let partition = &tile.partition;
+    let positions = partition.positions.iter().chain(&partition.blue_positions);
+    let coordinates = positions.flat_map(|position| position.to_array());
+    let mut bytes: Vec<u8> = coordinates.flat_map(f64::to_le_bytes).collect();
+    let indices = partition.representatives.iter().chain(partition.triangles.as_flattened());
+    bytes.extend(indices.flat_map(|index| index.to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn a_real_tile_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
+    let golden = |name: &str| format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"));
+    let tile = decode(&std::fs::read(golden("jacksboro_v2.spt")).unwrap(), &Limits::default()).unwrap();
+    assert!(arrays(&tile) == std::fs::read(golden("jacksboro_v2.arrays")).unwrap());
+    assert_eq!(tile.partition.triangles.len(), 1643);
 }
 
 #[test]

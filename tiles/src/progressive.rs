@@ -39,6 +39,9 @@ pub use sampling::Sampling;
 /// Coordinates are at most this in size, so that sums and differences of a few stay exact in a double.
 const MAX_COORDINATE: f64 = (1_u64 << 41) as f64;
 
+/// Samples are at least this far from each other, in lattice units.
+const LEAST_STEP: f64 = 1.0 / 65_536.0;
+
 /// What a stream of levels is read by; it is stored beside them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
@@ -60,7 +63,7 @@ impl Frame {
         let are_bounds = low.cmple(high).all() && low.abs().max(high.abs()).max_element() <= MAX_COORDINATE;
         let is_sampling = |sampling: Sampling| {
             let is_small = |number: f64| number.abs() <= MAX_COORDINATE;
-            sampling.origin.into_iter().all(is_small) && sampling.step.into_iter().all(|step| step > 0.0 && is_small(step))
+            sampling.origin.into_iter().all(is_small) && sampling.step.into_iter().all(|step| step >= LEAST_STEP && is_small(step))
         };
         are_bounds && self.sampling.is_none_or(is_sampling)
     }

@@ -119,7 +119,7 @@ export class TileStore implements Tiles {
     const response = await fetch(tileUrl(this.tileset, keyOf(address)), { signal });
     if (!response.ok) throw new Error(`the server answers ${response.status}`);
     const bytes = new Uint8Array(await response.arrayBuffer());
-    const tile = await decodeTile(bytes);
+    const tile = decodeTile(bytes);
     if (keyOf(tile.address) !== keyOf(address)) throw new Error(`the server sent tile ${keyOf(tile.address)}`);
     this.bytesLoaded += bytes.length;
     return tile;

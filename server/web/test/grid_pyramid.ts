@@ -4,9 +4,9 @@
 // (level 1), then the edges between cells are (level 2), and last the edges on each side of the tile.
 
 import type { Address } from "../src/address.ts";
-import { encode, type EncodedLevel, type EncodedVertex, type Position } from "./encode.ts";
+import type { Tile } from "../src/spt.ts";
+import { tileOf, type Position, type WrittenLevel, type WrittenVertex } from "./written_tile.ts";
 
-const SIDE_LEVEL_START = 3;
 const LEVEL_COUNT = 7;
 
 /** What a pyramid is made of. */
@@ -20,15 +20,15 @@ export interface Pyramid {
   height(longitude: number, latitude: number): number;
 }
 
-/** The bytes of one tile. */
-export function encodeGridTile(pyramid: Pyramid, address: Address): Uint8Array {
+/** One tile. */
+export function gridTile(pyramid: Pyramid, address: Address): Tile {
   const extentBits = 8 + pyramid.leafZoom - address.zoom;
   const grid = new Grid(pyramid, address, 2 ** extentBits / pyramid.cells);
-  return encode({ address, extentBits, heightExponent: -3, levels: grid.levels() });
+  return tileOf({ address, extentBits, heightExponent: -3, levels: grid.levels() });
 }
 
 class Grid {
-  private readonly vertices: EncodedVertex[][] = Array.from({ length: LEVEL_COUNT }, () => []);
+  private readonly vertices: WrittenVertex[][] = Array.from({ length: LEVEL_COUNT }, () => []);
   private readonly triangles: number[][] = [];
   private readonly triangleLevels: number[] = [];
   private readonly numbers = new Map<string, number>();
@@ -50,10 +50,9 @@ class Grid {
     this.splitAll(6, (_, row) => row === cells);
   }
 
-  levels(): EncodedLevel[] {
+  levels(): WrittenLevel[] {
     const finest = this.pyramid.leafError * 2 ** (this.pyramid.leafZoom - this.address.zoom);
     return this.vertices.map((vertices, level) => ({
-      kind: Math.max(0, level - SIDE_LEVEL_START + 1),
       error: finest * (level === 0 ? 2 : level === 1 ? 1.5 : 1),
       vertices,
       triangles: this.triangles.filter((_, triangle) => this.triangleLevels[triangle] === level),

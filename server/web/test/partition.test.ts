@@ -1,10 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { COARSEST_DETAIL, drawnPrefix, finestDetail, placesOf, triangleCount, type Detail } from "../src/partition.ts";
-import { decodeTile, type Tile } from "../src/spt.ts";
-import { encode } from "./encode.ts";
-import { encodeGridTile } from "./grid_pyramid.ts";
+import type { Tile } from "../src/spt.ts";
+import { gridTile } from "./grid_pyramid.ts";
 import { SMALL } from "./small_tile.ts";
+import { tileOf } from "./written_tile.ts";
 
 const PYRAMID = { leafZoom: 2, cells: 8, leafError: 1, height: () => 0 };
 
@@ -19,13 +19,13 @@ function doubledAreas(tile: Tile, detail: Detail): number[] {
 }
 
 test("a vertex that is not in yet is drawn where its representative was moved to", async () => {
-  const tile = await decodeTile(encode(SMALL));
+  const tile = tileOf(SMALL);
   assert.deepEqual([...placesOf(tile, COARSEST_DETAIL)], [0, 1, 2, 3, 0]);
   assert.deepEqual([...placesOf(tile, finestDetail(tile))], [9, 1, 2, 3, 4], "place 9 is vertex 0, put back");
 });
 
 test("every level of detail covers the square once, with as many triangles as it says", async () => {
-  const tile = await decodeTile(encodeGridTile(PYRAMID, { zoom: 2, x: 3, y: 1 }));
+  const tile = gridTile(PYRAMID, { zoom: 2, x: 3, y: 1 });
   const square = 2 * (2 ** tile.extentBits) ** 2;
   const sides = [0, 1, 2, 3].map((side) => [0, 1, 2, 3].map((other) => other === side));
   const details = [0, 1, 2].map((interior) => ({ ...COARSEST_DETAIL, interior }));

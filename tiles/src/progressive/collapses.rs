@@ -20,7 +20,6 @@ pub(super) const NONE: u32 = u32::MAX;
 /// A collapse as its split will need it, by the partition's vertices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Undo {
-    pub(super) red: u32,
     pub(super) blue: u32,
     pub(super) side: Side,
     /// The vertices at the cuts, where there are such.
@@ -176,7 +175,6 @@ impl<'a> Unraveller<'a> {
         self.is_vertex[blue as usize] = false;
         let earlier = std::mem::replace(&mut self.last_into[red as usize], index);
         self.undos.push(Undo {
-            red,
             blue,
             side,
             cuts,

@@ -13,7 +13,7 @@ const CLASSES: usize = 16;
 const BELOW: i32 = 9;
 /// Bits of the number of bits, after an escape.
 const LENGTH_BITS: u32 = 6;
-/// Guesses of fewer bits than this have statistics of their own; so have those with and without the second bit set.
+/// Guesses of fewer bits than this have statistics of their own; those of as many and more share theirs.
 const SMALL_GUESSES: usize = 8;
 /// Signs that a caller may tell apart.
 pub(super) const SIGNS: usize = 9;
@@ -21,7 +21,7 @@ pub(super) const SIGNS: usize = 9;
 /// Statistics of one kind of number.
 #[derive(Clone, Debug)]
 pub(super) struct NumberModel {
-    classes: [[Probability; CLASSES]; 2 * SMALL_GUESSES],
+    classes: [[Probability; CLASSES]; SMALL_GUESSES],
     mantissas: [[Probability; 4]; CLASSES],
     signs: [Probability; SIGNS],
 }
@@ -29,7 +29,7 @@ pub(super) struct NumberModel {
 impl Default for NumberModel {
     fn default() -> Self {
         Self {
-            classes: [[Probability::default(); CLASSES]; 2 * SMALL_GUESSES],
+            classes: [[Probability::default(); CLASSES]; SMALL_GUESSES],
             mantissas: [[Probability::default(); 4]; CLASSES],
             signs: [Probability::default(); SIGNS],
         }
@@ -56,8 +56,7 @@ impl NumberModel {
     #[inline]
     fn code_length(&mut self, coder: &mut impl Coder, guess: u64, length: u32) -> (u32, usize) {
         let expected = bit_length(guess);
-        let second_bit = (guess << 1 >> expected & 1) as usize;
-        let context = 2 * (expected as usize).min(SMALL_GUESSES - 1) + second_bit;
+        let context = (expected as usize).min(SMALL_GUESSES - 1);
         let offset = expected as i32 - BELOW;
         let class = (length as i32 - offset).clamp(0, CLASSES as i32 - 1) as usize;
         let class = code_symbol(coder, &mut self.classes[context], class);

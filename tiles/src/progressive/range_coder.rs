@@ -10,6 +10,8 @@
 
 /// Below this the range is widened by a byte.
 const LEAST_RANGE: u32 = 1 << 24;
+/// Even bits that fit into the range at once.
+const EVEN_BITS: u32 = 16;
 /// Bytes that the decoder is ahead of what it needs.
 const AHEAD: usize = 4;
 /// By which power of two an answer moves a probability: the first, the second … the last for good.
@@ -34,16 +36,15 @@ impl Default for Probability {
 }
 
 impl Probability {
+    #[inline]
     fn learn(&mut self, bit: bool) {
         let rate = RATES[usize::from(self.answers)];
-        if bit {
-            self.one += (u16::MAX - self.one) >> rate;
-        } else {
-            self.one -= self.one >> rate;
-        }
+        let (more, less) = ((u16::MAX - self.one) >> rate, self.one >> rate);
+        self.one = if bit { self.one + more } else { self.one - less };
         self.answers += u8::from(usize::from(self.answers) + 1 < RATES.len());
     }
 
+    #[inline]
     fn bound(self, range: u32) -> u32 {
         (range >> 16) * u32::from(self.one.max(1))
     }
@@ -55,19 +56,25 @@ pub(super) trait Coder {
     /// A bit whose probability is learned.
     fn bit(&mut self, probability: &mut Probability, bit: bool) -> bool;
 
-    /// A bit that is 1 as often as not.
-    fn even_bit(&mut self, bit: bool) -> bool;
+    /// A number of at most [`EVEN_BITS`] bits, each as often 1 as not.
+    fn few_even_bits(&mut self, count: u32, value: u32) -> u32;
 
     /// Whether more was read than there is.
     fn is_exhausted(&self) -> bool {
         false
     }
 
-    /// The lowest `count` bits of a number, all as likely.
-    fn even_bits(&mut self, count: u32, value: u64) -> u64 {
-        (0..count).rev().fold(0, |read, shift| {
-            read << 1 | u64::from(self.even_bit(value >> shift & 1 == 1))
-        })
+    /// The lowest `count` bits of a number, the highest of them first, each as often 1 as not.
+    #[inline]
+    fn even_bits(&mut self, mut count: u32, value: u64) -> u64 {
+        let mut read = 0;
+        while count > EVEN_BITS {
+            count -= EVEN_BITS;
+            let part = value >> count & ((1 << EVEN_BITS) - 1);
+            read = read << EVEN_BITS | u64::from(self.few_even_bits(EVEN_BITS, part as u32));
+        }
+        let part = value & ((1 << count) - 1);
+        read << count | u64::from(self.few_even_bits(count, part as u32))
     }
 }
 
@@ -138,16 +145,11 @@ impl Coder for Encoder {
         bit
     }
 
-    fn even_bit(&mut self, bit: bool) -> bool {
-        let half = self.range >> 1;
-        if bit {
-            self.range = half;
-        } else {
-            self.low += u64::from(half);
-            self.range -= half;
-        }
+    fn few_even_bits(&mut self, count: u32, value: u32) -> u32 {
+        self.range >>= count;
+        self.low += u64::from(self.range) * u64::from(value);
         self.narrow();
-        bit
+        value
     }
 }
 
@@ -174,6 +176,7 @@ impl<'a> Decoder<'a> {
         decoder
     }
 
+    #[inline]
     fn shift(&mut self) {
         self.code = self.code << 8 | u32::from(self.bytes.get(self.next).copied().unwrap_or(0));
         self.next += 1;
@@ -186,19 +189,6 @@ impl<'a> Decoder<'a> {
             self.shift();
         }
     }
-
-    #[inline]
-    fn decide(&mut self, bound: u32) -> bool {
-        let bit = self.code < bound;
-        if bit {
-            self.range = bound;
-        } else {
-            self.code -= bound;
-            self.range -= bound;
-        }
-        self.narrow();
-        bit
-    }
 }
 
 impl Coder for Decoder<'_> {
@@ -208,14 +198,21 @@ impl Coder for Decoder<'_> {
 
     #[inline]
     fn bit(&mut self, probability: &mut Probability, _: bool) -> bool {
-        let bit = self.decide(probability.bound(self.range));
+        let bound = probability.bound(self.range);
+        let bit = self.code < bound;
+        (self.code, self.range) = if bit { (self.code, bound) } else { (self.code - bound, self.range - bound) };
         probability.learn(bit);
+        self.narrow();
         bit
     }
 
     #[inline]
-    fn even_bit(&mut self, _: bool) -> bool {
-        self.decide(self.range >> 1)
+    fn few_even_bits(&mut self, count: u32, _: u32) -> u32 {
+        self.range >>= count;
+        let value = (self.code / self.range).min((1 << count) - 1);
+        self.code -= value * self.range;
+        self.narrow();
+        value
     }
 }
 

@@ -46,12 +46,14 @@ fn a_carry_runs_through_bytes_already_written() {
     let bits: Vec<bool> = (0..2000).map(|index| index % 997 == 996).collect();
     for &bit in &bits {
         encoder.bit(&mut probability, bit);
-        encoder.even_bit(bit);
+        encoder.even_bits(1, u64::from(bit));
     }
     let bytes = encoder.finish();
     let mut decoder = Decoder::new(&bytes);
     let mut probability = Probability::default();
-    let read = bits.iter().all(|&bit| decoder.bit(&mut probability, false) == bit && decoder.even_bit(false) == bit);
+    let read = bits
+        .iter()
+        .all(|&bit| decoder.bit(&mut probability, false) == bit && (decoder.even_bits(1, 0) == 1) == bit);
     assert!(read);
 }
 
@@ -66,7 +68,7 @@ fn nothing_takes_no_byte() {
 fn reading_on_after_the_end_is_noticed() {
     let mut decoder = Decoder::new(&[0x12]);
     let reads = (0..).take_while(|_| {
-        decoder.even_bit(false);
+        decoder.even_bits(1, 0);
         !decoder.is_exhausted()
     });
     assert_eq!(reads.take(1000).count(), 8 + 8, "a byte, and as much again before it is noticed");

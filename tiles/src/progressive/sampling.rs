@@ -5,7 +5,7 @@
 pub struct Sampling {
     /// Lattice position of one sample.
     pub origin: [f64; 2],
-    /// Lattice units from one column, or row, to the next; more than 0.
+    /// Lattice units from one column, or row, to the next; at least 2^−16.
     pub step: [f64; 2],
 }
 

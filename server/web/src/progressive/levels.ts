@@ -1,0 +1,166 @@
+// The levels of a tile out of their bytes: a base mesh, then vertex splits; docs/formats/spm.md is the definition.
+
+import { NumberModel } from "./number_model.ts";
+import { probabilities, RangeDecoder } from "./range_decoder.ts";
+import { SplitDecoder, type Sampling, type Split } from "./split_decoder.ts";
+import { Surface, type Point } from "./surface.ts";
+
+const VALENCES = 12;
+const MAX_VALENCE = 1024;
+const USUAL_DISTANCE = 16384;
+const USUAL_GAP = 4;
+
+/** Makes the surface of level 0, any level after it, one in which only vertices of the boundary split. */
+const Stage = { Base: 0, Level: 1, Boundary: 2 } as const;
+type Stage = (typeof Stage)[keyof typeof Stage];
+
+/** Why a vertex is to be asked: it is not, its star changed, the level begins. */
+const News = { None: 0, Near: 1, Level: 2 } as const;
+type News = (typeof News)[keyof typeof News];
+
+/** What is known of the levels before their bytes are read. */
+export interface Frame {
+  readonly low: Point;
+  readonly high: Point;
+  readonly sampling: Sampling | undefined;
+  /** How many of the last levels split vertices of the boundary only. */
+  readonly boundaryLevels: number;
+  readonly baseVertices: number;
+  readonly baseTriangles: number;
+}
+
+/** One level: its bytes, and how many vertices and triangles there are by its end. */
+export interface Run {
+  readonly bytes: Uint8Array;
+  readonly vertexEnd: number;
+  readonly triangleEnd: number;
+}
+
+/** All levels as one partition; see {@link Tile}. */
+export interface Levels {
+  readonly madeAt: readonly Point[];
+  readonly restored: readonly Point[];
+  readonly representatives: readonly number[];
+  readonly corners: readonly number[];
+}
+
+/** Bytes that make no surface. */
+export class LevelError extends Error {
+  override readonly name = "LevelError";
+}
+
+export function decodeLevels(frame: Frame, runs: readonly Run[]): Levels {
+  let reader: LevelReader | undefined;
+  runs.forEach((run, index) => {
+    const decoder = new RangeDecoder(run.bytes);
+    reader ??= new LevelReader(frame, readBase(decoder, frame));
+    const isBoundary = index + frame.boundaryLevels >= runs.length;
+    reader.read(decoder, index === 0 ? Stage.Base : isBoundary ? Stage.Boundary : Stage.Level, run);
+    check(!decoder.isExhausted, `level ${index} ends early`);
+  });
+  if (reader === undefined) throw new LevelError("no level");
+  return reader.levels();
+}
+
+function check(condition: boolean, message: string): asserts condition {
+  if (!condition) throw new LevelError(message);
+}
+
+function isInside({ low, high }: Frame, position: Point): boolean {
+  return position.every((coordinate, axis) => coordinate >= low[axis]! && coordinate <= high[axis]!);
+}
+
+function readBase(decoder: RangeDecoder, frame: Frame): Surface {
+  const [models, gaps] = [[0, 1, 2].map(() => new NumberModel()), new NumberModel()];
+  const positions: Point[] = [];
+  let previous = frame.low;
+  for (let vertex = 0; vertex < frame.baseVertices; vertex++) {
+    previous = previous.map((from, axis) => from + models[axis]!.read(decoder, USUAL_DISTANCE, 0)) as unknown as Point;
+    check(isInside(frame, previous) && !decoder.isExhausted, `base vertex ${vertex} is out of range`);
+    positions.push(previous);
+  }
+  const corners: number[] = [];
+  let next = 0;
+  for (let triangle = 0; triangle < frame.baseTriangles; triangle++) {
+    for (let corner = 0; corner < 3; corner++) {
+      const back = gaps.read(decoder, USUAL_GAP, 0);
+      check(back >= 0 && back <= next, `base triangle ${triangle} has a corner out of range`);
+      corners.push(next - back);
+      if (back === 0) next++;
+    }
+    const [a, b, c] = corners.slice(-3);
+    const isTriangle = a !== b && b !== c && c !== a && next <= positions.length;
+    check(isTriangle && !decoder.isExhausted, `base triangle ${triangle} is none`);
+  }
+  return new Surface(positions, corners);
+}
+
+class LevelReader {
+  private readonly madeAt: Point[];
+  private readonly restored: Point[];
+  private readonly representatives: number[];
+  private readonly splits: SplitDecoder;
+  private readonly answers = Array.from({ length: 12 }, () => probabilities(VALENCES));
+  private news: News[] = [];
+
+  constructor(
+    private readonly frame: Frame,
+    private readonly surface: Surface,
+  ) {
+    this.madeAt = [...surface.positions];
+    this.restored = [...surface.positions];
+    this.representatives = surface.positions.map((_, vertex) => vertex);
+    this.splits = new SplitDecoder(frame.sampling, surface.positions.length);
+  }
+
+  levels(): Levels {
+    const { madeAt, restored, representatives, surface } = this;
+    return { madeAt, restored, representatives, corners: surface.origins };
+  }
+
+  read(decoder: RangeDecoder, stage: Stage, { vertexEnd, triangleEnd }: Run): void {
+    check(vertexEnd >= this.madeAt.length, "a level has fewer vertices than its base");
+    this.news = this.madeAt.map(() => News.Level);
+    while (this.madeAt.length < vertexEnd) check(this.askAll(decoder, stage, vertexEnd) > 0, "too few vertices split");
+    check(this.surface.origins.length === 3 * triangleEnd, "a level has another number of triangles");
+  }
+
+  /** Asks every vertex whose star changed whether it splits now; tells how many were asked. */
+  private askAll(decoder: RangeDecoder, stage: Stage, vertexEnd: number): number {
+    let asked = 0;
+    const count = this.news.length;
+    for (let vertex = 0; vertex < count && this.madeAt.length < vertexEnd; vertex++) {
+      const news = this.news[vertex]!;
+      this.news[vertex] = News.None;
+      if (news === News.None || !this.canSplit(stage, vertex)) continue;
+      asked++;
+      const context = 4 * stage + 2 * Number(this.surface.isClosed(vertex)) + Number(news === News.Near);
+      const valence = Math.min(this.surface.valence(vertex), VALENCES - 1);
+      if (decoder.bit(this.answers[context]![valence]!)) this.split(decoder, stage, vertex);
+      check(!decoder.isExhausted, "the bytes of a level end early");
+    }
+    return asked;
+  }
+
+  private canSplit(stage: Stage, vertex: number): boolean {
+    const valence = this.surface.valence(vertex);
+    return valence >= 2 && valence <= MAX_VALENCE && (stage !== Stage.Boundary || !this.surface.isClosed(vertex));
+  }
+
+  private split(decoder: RangeDecoder, stage: Stage, vertex: number): void {
+    const ring = this.surface.walk(vertex);
+    const split = this.splits.read(decoder, this.surface, vertex, ring, stage === Stage.Base);
+    check(isInside(this.frame, split.blue) && isInside(this.frame, split.red), "a vertex is outside the tile");
+    check(this.surface.split(vertex, ring, split.cuts, split.blue), "a star cannot be cut so");
+    this.surface.positions[vertex] = split.red;
+    this.note(stage, vertex, split);
+    for (const neighbour of [vertex, ...ring.vertices]) this.news[neighbour] = News.Near;
+  }
+
+  private note(stage: Stage, vertex: number, { blue, red }: Split): void {
+    this.representatives.push(stage === Stage.Base ? this.madeAt.length : vertex);
+    this.madeAt.push(blue);
+    this.restored.push(stage === Stage.Base ? blue : red);
+    this.news.push(News.Near);
+  }
+}
