@@ -153,6 +153,9 @@ pub fn decode(base: BaseSize, levels: &[Level], bytes: &[&[u8]], frame: &Frame) 
             Some(coder) => coder,
             none => {
                 let size = [base.vertices as usize, base.triangles as usize];
+                if base.vertices > level.vertex_end || base.triangles > level.triangle_end {
+                    return Err(Damaged(index));
+                }
                 let read = Base::code(&mut decoder, size, frame.bounds, &Base::default());
                 none.insert(level_coder(read.ok_or(Damaged(index))?, frame))
             }

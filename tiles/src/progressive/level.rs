@@ -1,13 +1,15 @@
 //! One level in bits: which vertices split, in which order, and how.
 //!
 //! ```text
+//! queue ← all vertices
 //! while splits of the level are left:
-//!     for each vertex there is, by growing index, whose star changed since it was asked (all, at first):
-//!         does it split now?
-//!         if so: code the split, perform it; ask it, the new vertex and their neighbours again
+//!     take a vertex from the queue: does it split now?
+//!     if so: code the split, perform it; queue it, the new vertex and their neighbours, where they are not in it
 //! ```
 //! A vertex splits as soon as all splits that must come before have been made, so that "no" is the answer until its star
 //! changes.
+
+use std::collections::VecDeque;
 
 use glam::DVec3;
 
@@ -29,17 +31,6 @@ pub(super) enum Stage {
     Level,
     /// A level after it in which only vertices of the boundary split.
     Boundary,
-}
-
-/// Why a vertex is to be asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum News {
-    /// It is not.
-    None,
-    /// A star next to it, or its own, changed.
-    Near,
-    /// The level begins.
-    Level,
 }
 
 /// Knows the splits, or is none the wiser and lets the bits tell.
@@ -84,7 +75,8 @@ pub(super) struct LevelCoder {
     bounds: [DVec3; 2],
     splits: SplitModel,
     answers: [[[[Probability; VALENCES]; 2]; 2]; 3],
-    news: Vec<News>,
+    queue: VecDeque<u32>,
+    is_queued: Vec<bool>,
     ring: Ring,
 }
 
@@ -99,7 +91,8 @@ impl LevelCoder {
             bounds,
             splits,
             answers: Default::default(),
-            news: Vec::new(),
+            queue: VecDeque::new(),
+            is_queued: Vec::new(),
             ring: Ring::default(),
         }
     }
@@ -112,47 +105,39 @@ impl LevelCoder {
         count: usize,
         source: &mut impl Source,
     ) -> Result<(), Fault> {
-        let end = self.surface.positions.len() + count;
-        self.news.clear();
-        self.news.resize(self.surface.positions.len(), News::Level);
-        while self.surface.positions.len() < end {
-            if self.ask_all(coder, stage, end, source)? == 0 {
-                return Err(Fault);
+        let vertices = self.surface.positions.len();
+        self.queue.clear();
+        self.queue.extend(0..vertices as u32);
+        self.is_queued.clear();
+        self.is_queued.resize(vertices, true);
+        let mut asked = 0;
+        while self.surface.positions.len() < vertices + count {
+            let vertex = self.queue.pop_front().ok_or(Fault)?;
+            self.is_queued[vertex as usize] = false;
+            asked += 1;
+            if self.can_split(stage, vertex) {
+                self.ask(coder, stage, vertex, asked > vertices, source)?;
             }
         }
         Ok(())
     }
 
-    /// Asks every vertex that is to be asked; tells how many were.
-    fn ask_all<C: Coder>(
+    /// Codes whether a vertex splits, and how.
+    fn ask<C: Coder>(
         &mut self,
         coder: &mut C,
         stage: Stage,
-        end: usize,
+        vertex: u32,
+        is_asked_again: bool,
         source: &mut impl Source,
-    ) -> Result<usize, Fault> {
-        let mut asked = 0;
-        for vertex in 0..self.news.len() as u32 {
-            let news = std::mem::replace(&mut self.news[vertex as usize], News::None);
-            if news == News::None || !self.can_split(stage, vertex) {
-                continue;
-            }
-            asked += 1;
-            let is_closed = usize::from(self.surface.is_closed(vertex));
-            let is_asked_again = usize::from(news == News::Near);
-            let valence = (self.surface.valence(vertex) as usize).min(VALENCES - 1);
-            let answer = &mut self.answers[stage as usize][is_closed][is_asked_again][valence];
-            if coder.bit(answer, source.splits(vertex)) {
-                self.split(coder, stage, vertex, source)?;
-            }
-            if coder.is_exhausted() {
-                return Err(Fault);
-            }
-            if self.surface.positions.len() == end {
-                break;
-            }
+    ) -> Result<(), Fault> {
+        let is_closed = self.surface.is_closed(vertex);
+        let valence = (self.surface.valence(vertex) as usize).min(VALENCES - 1);
+        let answers = &mut self.answers[stage as usize][usize::from(is_closed)][usize::from(is_asked_again)];
+        if coder.bit(&mut answers[valence], source.splits(vertex)) {
+            self.split(coder, stage, vertex, source)?;
         }
-        Ok(asked)
+        if coder.is_exhausted() { Err(Fault) } else { Ok(()) }
     }
 
     fn can_split(&self, stage: Stage, vertex: u32) -> bool {
@@ -196,10 +181,12 @@ impl LevelCoder {
         self.made_at.push(split.blue);
         self.representatives.push(if is_base { blue } else { vertex });
         self.blue_positions.push(if is_base { split.blue } else { split.red });
-        self.news.push(News::Near);
-        self.news[vertex as usize] = News::Near;
-        for &neighbour in &self.ring.vertices {
-            self.news[neighbour as usize] = News::Near;
+        self.is_queued.push(true);
+        self.queue.push_back(blue);
+        for neighbour in std::iter::once(vertex).chain(self.ring.vertices.iter().copied()) {
+            if !std::mem::replace(&mut self.is_queued[neighbour as usize], true) {
+                self.queue.push_back(neighbour);
+            }
         }
     }
 }

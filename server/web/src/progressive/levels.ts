@@ -14,10 +14,6 @@ const USUAL_GAP = 4;
 const Stage = { Base: 0, Level: 1, Boundary: 2 } as const;
 type Stage = (typeof Stage)[keyof typeof Stage];
 
-/** Why a vertex is to be asked: it is not, its star changed, the level begins. */
-const News = { None: 0, Near: 1, Level: 2 } as const;
-type News = (typeof News)[keyof typeof News];
-
 /** What is known of the levels before their bytes are read. */
 export interface Frame {
   readonly low: Point;
@@ -53,6 +49,7 @@ export function decodeLevels(frame: Frame, runs: readonly Run[]): Levels {
   let reader: LevelReader | undefined;
   runs.forEach((run, index) => {
     const decoder = new RangeDecoder(run.bytes);
+    check(frame.baseVertices <= run.vertexEnd && frame.baseTriangles <= run.triangleEnd, "a base of more than level 0");
     reader ??= new LevelReader(frame, readBase(decoder, frame));
     const isBoundary = index + frame.boundaryLevels >= runs.length;
     reader.read(decoder, index === 0 ? Stage.Base : isBoundary ? Stage.Boundary : Stage.Level, run);
@@ -101,7 +98,8 @@ class LevelReader {
   private readonly representatives: number[];
   private readonly splits: SplitDecoder;
   private readonly answers = Array.from({ length: 12 }, () => probabilities(VALENCES));
-  private news: News[] = [];
+  private queue: number[] = [];
+  private isQueued: boolean[] = [];
 
   constructor(
     private readonly frame: Frame,
@@ -120,26 +118,24 @@ class LevelReader {
 
   read(decoder: RangeDecoder, stage: Stage, { vertexEnd, triangleEnd }: Run): void {
     check(vertexEnd >= this.madeAt.length, "a level has fewer vertices than its base");
-    this.news = this.madeAt.map(() => News.Level);
-    while (this.madeAt.length < vertexEnd) check(this.askAll(decoder, stage, vertexEnd) > 0, "too few vertices split");
+    const count = this.madeAt.length;
+    this.queue = this.madeAt.map((_, vertex) => vertex);
+    this.isQueued = this.madeAt.map(() => true);
+    for (let asked = 0; this.madeAt.length < vertexEnd; asked++) {
+      const vertex = this.queue[asked];
+      check(vertex !== undefined, "too few vertices split");
+      this.isQueued[vertex] = false;
+      if (this.canSplit(stage, vertex)) this.ask(decoder, stage, vertex, asked >= count);
+    }
     check(this.surface.origins.length === 3 * triangleEnd, "a level has another number of triangles");
   }
 
-  /** Asks every vertex whose star changed whether it splits now; tells how many were asked. */
-  private askAll(decoder: RangeDecoder, stage: Stage, vertexEnd: number): number {
-    let asked = 0;
-    const count = this.news.length;
-    for (let vertex = 0; vertex < count && this.madeAt.length < vertexEnd; vertex++) {
-      const news = this.news[vertex]!;
-      this.news[vertex] = News.None;
-      if (news === News.None || !this.canSplit(stage, vertex)) continue;
-      asked++;
-      const context = 4 * stage + 2 * Number(this.surface.isClosed(vertex)) + Number(news === News.Near);
-      const valence = Math.min(this.surface.valence(vertex), VALENCES - 1);
-      if (decoder.bit(this.answers[context]![valence]!)) this.split(decoder, stage, vertex);
-      check(!decoder.isExhausted, "the bytes of a level end early");
-    }
-    return asked;
+  /** Reads whether a vertex splits, and how. */
+  private ask(decoder: RangeDecoder, stage: Stage, vertex: number, isAskedAgain: boolean): void {
+    const context = 4 * stage + 2 * Number(this.surface.isClosed(vertex)) + Number(isAskedAgain);
+    const valence = Math.min(this.surface.valence(vertex), VALENCES - 1);
+    if (decoder.bit(this.answers[context]![valence]!)) this.split(decoder, stage, vertex);
+    check(!decoder.isExhausted, "the bytes of a level end early");
   }
 
   private canSplit(stage: Stage, vertex: number): boolean {
@@ -154,13 +150,15 @@ class LevelReader {
     check(this.surface.split(vertex, ring, split.cuts, split.blue), "a star cannot be cut so");
     this.surface.positions[vertex] = split.red;
     this.note(stage, vertex, split);
-    for (const neighbour of [vertex, ...ring.vertices]) this.news[neighbour] = News.Near;
+    for (const neighbour of [this.madeAt.length - 1, vertex, ...ring.vertices]) {
+      if (this.isQueued[neighbour] !== true) this.queue.push(neighbour);
+      this.isQueued[neighbour] = true;
+    }
   }
 
   private note(stage: Stage, vertex: number, { blue, red }: Split): void {
     this.representatives.push(stage === Stage.Base ? this.madeAt.length : vertex);
     this.madeAt.push(blue);
     this.restored.push(stage === Stage.Base ? blue : red);
-    this.news.push(News.Near);
   }
 }
