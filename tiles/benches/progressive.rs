@@ -22,7 +22,11 @@ fn hills(side: u32) -> Model {
     let position = |vertex: u32| {
         let (x, y) = (vertex % side, vertex / side);
         let hills = 2000.0 + 1500.0 * (f64::from(x) / 17.0).sin() * (f64::from(y) / 23.0).cos();
-        let place = DVec3::new(f64::from(256 * x) + chance(x, y, 1), f64::from(256 * y) + chance(x, y, 2), hills);
+        let place = DVec3::new(
+            f64::from(256 * x) + chance(x, y, 1),
+            f64::from(256 * y) + chance(x, y, 2),
+            hills,
+        );
         (place + DVec3::Z * chance(x, y, 3)).round()
     };
     let positions: Vec<DVec3> = (0..side * side).map(position).collect();

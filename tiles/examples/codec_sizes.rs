@@ -92,14 +92,29 @@ fn raw(mesh: &Mesh) -> Vec<u8> {
     let counts = [mesh.positions.len() as u32, mesh.triangles.len() as u32];
     let mut bytes: Vec<u8> = counts.iter().flat_map(|count| count.to_le_bytes()).collect();
     for position in &mesh.positions {
-        bytes.extend(position.to_array().iter().flat_map(|&number| (number as i32).to_le_bytes()));
+        bytes.extend(
+            position
+                .to_array()
+                .iter()
+                .flat_map(|&number| (number as i32).to_le_bytes()),
+        );
     }
-    bytes.extend(mesh.triangles.as_flattened().iter().flat_map(|corner| corner.to_le_bytes()));
+    bytes.extend(
+        mesh.triangles
+            .as_flattened()
+            .iter()
+            .flat_map(|corner| corner.to_le_bytes()),
+    );
     bytes
 }
 
 fn from_raw(bytes: &[u8]) -> Option<Mesh> {
-    let words: Vec<u32> = bytes.as_chunks().0.iter().map(|&word| u32::from_le_bytes(word)).collect();
+    let words: Vec<u32> = bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|&word| u32::from_le_bytes(word))
+        .collect();
     let (counts, words) = words.split_at_checked(2)?;
     let (positions, triangles) = words.split_at_checked(3 * counts[0] as usize)?;
     let position = |p: &[u32; 3]| DVec3::from_array(p.map(|number| f64::from(number.cast_signed())));

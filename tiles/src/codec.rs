@@ -294,7 +294,9 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], base: BaseS
     bytes.extend([0; 4]);
     bytes.extend(base.vertices.to_le_bytes());
     bytes.extend(base.triangles.to_le_bytes());
-    let numbers = tile.sampling.map_or([[0.0; 2]; 2], |sampling| [sampling.origin, sampling.step]);
+    let numbers = tile
+        .sampling
+        .map_or([[0.0; 2]; 2], |sampling| [sampling.origin, sampling.step]);
     for number in numbers.as_flattened() {
         bytes.extend(number.to_le_bytes());
     }

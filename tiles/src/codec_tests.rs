@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use glam::DVec3;
 use crate::progressive::tests::assert_same_levels;
+use glam::DVec3;
 use terrain_core::{Band, Collapse, CollapseLog, Mesh};
 
 use super::*;
@@ -81,7 +81,11 @@ fn bytes_written_by_version_2_are_read_for_ever() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v2.spt");
     let golden = std::fs::read(file).unwrap();
     assert_same(&decode(&golden, &Limits::default()).unwrap(), &small_tile());
-    assert_eq!(encode(&small_tile()).unwrap(), golden, "the encoder still makes the same of it");
+    assert_eq!(
+        encode(&small_tile()).unwrap(),
+        golden,
+        "the encoder still makes the same of it"
+    );
 }
 
 /// The arrays of a tile as the decoder in TypeScript has them: positions, restored positions, representatives, corners.
@@ -90,7 +94,10 @@ fn arrays(tile: &Tile) -> Vec<u8> {
     let positions = partition.positions.iter().chain(&partition.blue_positions);
     let coordinates = positions.flat_map(|position| position.to_array());
     let mut bytes: Vec<u8> = coordinates.flat_map(f64::to_le_bytes).collect();
-    let indices = partition.representatives.iter().chain(partition.triangles.as_flattened());
+    let indices = partition
+        .representatives
+        .iter()
+        .chain(partition.triangles.as_flattened());
     bytes.extend(indices.flat_map(|index| index.to_le_bytes()));
     bytes
 }
@@ -191,7 +198,10 @@ fn damaged(seed: &[u8], random: &mut fastrand::Rng) -> Vec<u8> {
 fn damaged_seeds_of_the_fuzz_target_give_a_tile_or_an_error_and_no_panic() {
     let mut random = fastrand::Rng::with_seed(1);
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../fuzz/corpus/tile");
-    let mut seeds: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut seeds: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     seeds.sort();
     assert!(seeds.len() >= 2, "the corpus has a hand-made and a real tile");
     for seed in seeds {

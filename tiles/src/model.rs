@@ -96,7 +96,11 @@ impl Model {
         if !longest.is_finite() || bits > 31 {
             return Err(EncodeError::Lattice);
         }
-        let step = if longest > 0.0 { longest / f64::from(bits).exp2() } else { 1.0 };
+        let step = if longest > 0.0 {
+            longest / f64::from(bits).exp2()
+        } else {
+            1.0
+        };
         let on_lattice = |positions: &[DVec3]| positions.iter().map(|&at| ((at - low) / step).round()).collect();
         Ok(Self {
             origin: low,
@@ -230,7 +234,9 @@ fn frame(is_height_field: bool, sampling: Option<Sampling>, extent: DVec3) -> Fr
 /// The levels, and the bytes of those that are there.
 fn directory<'a>(bytes: &'a [u8], count: usize, limits: &Limits) -> Result<(Vec<Level>, Vec<&'a [u8]>), DecodeError> {
     let mut start = HEADER_LENGTH + ENTRY_LENGTH * count;
-    let entries = bytes.get(HEADER_LENGTH..start).ok_or(DecodeError::Truncated(bytes.len()))?;
+    let entries = bytes
+        .get(HEADER_LENGTH..start)
+        .ok_or(DecodeError::Truncated(bytes.len()))?;
     let (mut levels, mut runs) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for entry in entries.chunks_exact(ENTRY_LENGTH) {
         let end = word(entry, 0) as usize;

@@ -1,3 +1,5 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
 use super::*;
 use crate::progressive::tests::hills;
 
@@ -9,7 +11,14 @@ fn model() -> Model {
 fn positions_stay_within_half_a_step() {
     let partition = hills(20);
     let model = model();
-    assert_eq!(model.partition.positions.iter().fold(0.0_f64, |high, at| high.max(at.max_element())), 4096.0);
+    assert_eq!(
+        model
+            .partition
+            .positions
+            .iter()
+            .fold(0.0_f64, |high, at| high.max(at.max_element())),
+        4096.0
+    );
     for (at, quantised) in partition.positions.iter().zip(&model.in_units().positions) {
         assert!((*at - *quantised).abs().max_element() <= model.step.x / 2.0 * 1.000_001);
     }
@@ -32,8 +41,14 @@ fn levels_that_are_there_are_read_and_the_rest_may_be_missing() {
     let decoded = decode(&bytes[..end(2)], &Limits::default()).unwrap();
     assert_eq!(decoded.partition.levels, model().partition.levels[..3]);
     let all = decode(&bytes, &Limits::default()).unwrap();
-    assert_eq!(decoded.partition.lod(1).triangles.len(), all.partition.lod(1).triangles.len());
-    assert_eq!(decode(&bytes[..end(0) - 1], &Limits::default()), Err(DecodeError::Truncated(end(0) - 1)));
+    assert_eq!(
+        decoded.partition.lod(1).triangles.len(),
+        all.partition.lod(1).triangles.len()
+    );
+    assert_eq!(
+        decode(&bytes[..end(0) - 1], &Limits::default()),
+        Err(DecodeError::Truncated(end(0) - 1))
+    );
 }
 
 #[test]
@@ -51,16 +66,32 @@ fn damaged_bytes_give_a_model_or_an_error_and_no_panic() {
 #[test]
 fn counts_above_the_limits_are_refused_before_any_is_made() {
     let bytes = encode(&model()).unwrap();
-    let limits = |vertices, triangles, levels| Limits { vertices, triangles, levels };
-    assert_eq!(decode(&bytes, &limits(399, 1 << 20, 99)), Err(DecodeError::Limit("the number of vertices")));
-    assert_eq!(decode(&bytes, &limits(400, 721, 99)), Err(DecodeError::Limit("the number of triangles")));
-    assert_eq!(decode(&bytes, &limits(400, 722, 1)), Err(DecodeError::Limit("the number of levels")));
+    let limits = |vertices, triangles, levels| Limits {
+        vertices,
+        triangles,
+        levels,
+    };
+    assert_eq!(
+        decode(&bytes, &limits(399, 1 << 20, 99)),
+        Err(DecodeError::Limit("the number of vertices"))
+    );
+    assert_eq!(
+        decode(&bytes, &limits(400, 721, 99)),
+        Err(DecodeError::Limit("the number of triangles"))
+    );
+    assert_eq!(
+        decode(&bytes, &limits(400, 722, 1)),
+        Err(DecodeError::Limit("the number of levels"))
+    );
 }
 
 #[test]
 fn a_lattice_that_is_none_is_refused() {
     let partition = hills(10);
     assert_eq!(Model::quantised(&partition, 32), Err(EncodeError::Lattice));
-    let flat = Model { step: DVec3::new(1.0, 0.0, 1.0), ..model() };
+    let flat = Model {
+        step: DVec3::new(1.0, 0.0, 1.0),
+        ..model()
+    };
     assert_eq!(encode(&flat), Err(EncodeError::Lattice));
 }

@@ -63,7 +63,11 @@ impl Frame {
         let are_bounds = low.cmple(high).all() && low.abs().max(high.abs()).max_element() <= MAX_COORDINATE;
         let is_sampling = |sampling: Sampling| {
             let is_small = |number: f64| number.abs() <= MAX_COORDINATE;
-            sampling.origin.into_iter().all(is_small) && sampling.step.into_iter().all(|step| step >= LEAST_STEP && is_small(step))
+            sampling.origin.into_iter().all(is_small)
+                && sampling
+                    .step
+                    .into_iter()
+                    .all(|step| step >= LEAST_STEP && is_small(step))
         };
         are_bounds && self.sampling.is_none_or(is_sampling)
     }
@@ -195,9 +199,8 @@ fn level_coder(base: Base, frame: &Frame) -> LevelCoder {
 
 fn check_lattice(partition: &SurfacePartition, frame: &Frame) -> Result<(), EncodeError> {
     let [low, high] = frame.bounds;
-    let is_on_lattice = |position: &DVec3| {
-        *position == position.floor() && position.cmpge(low).all() && position.cmple(high).all()
-    };
+    let is_on_lattice =
+        |position: &DVec3| *position == position.floor() && position.cmpge(low).all() && position.cmple(high).all();
     let vertices = partition.positions.iter().zip(&partition.blue_positions);
     let mut vertices = vertices.map(|(red, blue)| is_on_lattice(red) && is_on_lattice(blue));
     match vertices.position(|is_on_lattice| !is_on_lattice) {
@@ -221,7 +224,10 @@ fn numbered_base(partition: &SurfacePartition, collapses: &Collapses) -> (Base, 
     }
     let is_alone = |&vertex: &u32| collapses.is_base[vertex as usize] && numbers[vertex as usize].is_none();
     originals.extend((0..numbers.len() as u32).filter(is_alone));
-    base.positions = originals.iter().map(|&vertex| partition.positions[vertex as usize]).collect();
+    base.positions = originals
+        .iter()
+        .map(|&vertex| partition.positions[vertex as usize])
+        .collect();
     (base, originals)
 }
 
@@ -236,7 +242,11 @@ fn check_result(partition: &SurfacePartition, coder: &LevelCoder, schedule: &Sch
     let mut start = 0;
     for level in &partition.levels {
         let run = start..level.triangle_end as usize;
-        let coded = coder.surface.triangles().get(run.clone()).ok_or(EncodeError::NotASurface)?;
+        let coded = coder
+            .surface
+            .triangles()
+            .get(run.clone())
+            .ok_or(EncodeError::NotASurface)?;
         let mut coded: Vec<[u32; 3]> = coded.iter().map(original).collect();
         let mut told: Vec<[u32; 3]> = partition.triangles[run].iter().copied().map(turned).collect();
         coded.sort_unstable();

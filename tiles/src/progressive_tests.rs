@@ -1,3 +1,5 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
 use super::*;
 use terrain_core::collapse_log::{Band, Collapse, CollapseLog};
 use terrain_core::mesh::Mesh;
@@ -23,9 +25,17 @@ pub(crate) fn hills(side: u32) -> SurfacePartition {
         for x in (2..side - 3).step_by(4) {
             let [red_before, blue_position] = [at(x + 1, y), at(x, y)];
             let red_after = ((red_before + blue_position) / 2.0).round();
-            log.collapses.push(Collapse { blue: number(x, y), red: number(x + 1, y), red_before, red_after });
+            log.collapses.push(Collapse {
+                blue: number(x, y),
+                red: number(x + 1, y),
+                red_before,
+                red_after,
+            });
         }
-        log.bands.push(Band { end: log.collapses.len(), error: f64::from(y) });
+        log.bands.push(Band {
+            end: log.collapses.len(),
+            error: f64::from(y),
+        });
     }
     SurfacePartition::from_log(&mesh, &log, 0.0).unwrap()
 }
@@ -33,7 +43,10 @@ pub(crate) fn hills(side: u32) -> SurfacePartition {
 pub(crate) fn frame(partition: &SurfacePartition) -> Frame {
     let positions = partition.positions.iter().chain(&partition.blue_positions);
     Frame {
-        bounds: [DVec3::ZERO, positions.fold(DVec3::ZERO, |high, &position| high.max(position))],
+        bounds: [
+            DVec3::ZERO,
+            positions.fold(DVec3::ZERO, |high, &position| high.max(position)),
+        ],
         is_height_field: true,
         sampling: None,
         boundary_levels: 0,
@@ -79,7 +92,10 @@ fn every_level_of_a_height_field_comes_back() {
 #[test]
 fn every_level_comes_back_without_the_plan_view_of_a_height_field() {
     let partition = hills(30);
-    let frame = Frame { is_height_field: false, ..frame(&partition) };
+    let frame = Frame {
+        is_height_field: false,
+        ..frame(&partition)
+    };
     let coded = encode(&partition, &frame).unwrap();
     assert_same_levels(&partition, &decoded(&coded, &partition, &frame).unwrap());
 }

@@ -218,7 +218,9 @@ impl<'a> Unraveller<'a> {
     fn finish(self) -> Collapses {
         let triangles = (0..).zip(&self.is_triangle).filter(|(_, is_triangle)| **is_triangle);
         Collapses {
-            base_triangles: triangles.map(|(triangle, _)| self.connectivity.corners(triangle)).collect(),
+            base_triangles: triangles
+                .map(|(triangle, _)| self.connectivity.corners(triangle))
+                .collect(),
             is_base: self.is_vertex,
             undos: self.undos,
             dag: self.dag.finish(),

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use terrain_core::connectivity::Connectivity;
 
-/// No vertex gets more neighbours by such collapses.
-const MAX_NEIGHBOURS: usize = 16;
+/// Both ends of such a collapse have at most this many triangles together.
+const MAX_TRIANGLES: usize = 20;
 /// Cosine of the largest angle by which a triangle may turn.
 const LEAST_COSINE: f64 = 0.3;
 /// What a longer edge costs where the surface is flat.
@@ -24,7 +24,10 @@ impl Neighbourhood {
         self.triangles.extend(connectivity.star(vertex));
         self.corners.clear();
         for &triangle in &self.triangles {
-            let others = connectivity.corners(triangle).into_iter().filter(|&corner| corner != vertex);
+            let others = connectivity
+                .corners(triangle)
+                .into_iter()
+                .filter(|&corner| corner != vertex);
             self.corners.extend(others);
         }
         self.corners.sort_unstable();
@@ -36,7 +39,10 @@ impl Neighbourhood {
     }
 
     fn along_boundary(&self) -> impl Iterator<Item = u32> + '_ {
-        self.corners.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0])
+        self.corners
+            .chunk_by(|a, b| a == b)
+            .filter(|same| same.len() == 1)
+            .map(|same| same[0])
     }
 
     /// Whether the boundary passes.
@@ -47,11 +53,12 @@ impl Neighbourhood {
     /// Whether the triangles are one fan, or could be for all that their edges tell.
     pub(super) fn is_disk(&self) -> bool {
         let is_once_or_twice = self.corners.chunk_by(|a, b| a == b).all(|same| same.len() <= 2);
-        is_once_or_twice && matches!(self.along_boundary().count(), 0 | 2) && self.triangles.len() > 0
+        is_once_or_twice && matches!(self.along_boundary().count(), 0 | 2) && !self.triangles.is_empty()
     }
 
+    /// Whether the vertex that two collapse into has few enough triangles.
     pub(super) fn may_grow(&self, other: &Self) -> bool {
-        self.triangles.len() + other.triangles.len() <= MAX_NEIGHBOURS + 4
+        self.triangles.len() + other.triangles.len() <= MAX_TRIANGLES
     }
 }
 

@@ -79,12 +79,15 @@ impl PlanModel {
 
     /// How a coordinate lies to the samples.
     pub(super) fn fit(&self, axis: usize, coordinate: f64) -> Fit {
-        self.sampling.map_or(Fit::Free, |sampling| sampling.fit(axis, coordinate))
+        self.sampling
+            .map_or(Fit::Free, |sampling| sampling.fit(axis, coordinate))
     }
 
     /// Codes a coordinate; tells it and how it fits.
     pub(super) fn code(&mut self, coder: &mut impl Coder, known: Known, told: f64) -> (f64, Fit) {
-        let Known { axis, from, expected, .. } = known;
+        let Known {
+            axis, from, expected, ..
+        } = known;
         let fit = if told == from { Fit::Same } else { self.fit(axis, told) };
         let fits = &mut self.fits[2 * usize::from(known.is_along) + axis][known.fit.symbol()];
         let fit = Fit::from_symbol(code_symbol(coder, fits, fit.symbol()));

@@ -98,13 +98,22 @@ impl Encoder {
     /// All bytes, the last ones the roundest number in what is left of the range.
     pub(super) fn finish(mut self) -> Vec<u8> {
         let last = self.low + u64::from(self.range) - 1;
-        let zeros = (0..=32).rev().find(|&zeros| last >> zeros << zeros >= self.low).unwrap_or(0);
+        let zeros = (0..=32)
+            .rev()
+            .find(|&zeros| last >> zeros << zeros >= self.low)
+            .unwrap_or(0);
         self.low = last >> zeros << zeros;
         for _ in 0..AHEAD {
             self.shift();
         }
         let end = self.bytes.len();
-        let zeros = self.bytes.iter().rev().take(AHEAD).take_while(|&&byte| byte == 0).count();
+        let zeros = self
+            .bytes
+            .iter()
+            .rev()
+            .take(AHEAD)
+            .take_while(|&&byte| byte == 0)
+            .count();
         self.bytes.truncate(end - zeros);
         self.bytes
     }
@@ -200,7 +209,11 @@ impl Coder for Decoder<'_> {
     fn bit(&mut self, probability: &mut Probability, _: bool) -> bool {
         let bound = probability.bound(self.range);
         let bit = self.code < bound;
-        (self.code, self.range) = if bit { (self.code, bound) } else { (self.code - bound, self.range - bound) };
+        (self.code, self.range) = if bit {
+            (self.code, bound)
+        } else {
+            (self.code - bound, self.range - bound)
+        };
         probability.learn(bit);
         self.narrow();
         bit
@@ -219,4 +232,3 @@ impl Coder for Decoder<'_> {
 #[cfg(test)]
 #[path = "range_coder_tests.rs"]
 mod tests;
-

@@ -71,5 +71,9 @@ fn reading_on_after_the_end_is_noticed() {
         decoder.even_bits(1, 0);
         !decoder.is_exhausted()
     });
-    assert_eq!(reads.take(1000).count(), 8 + 7, "a byte, and almost as much again before it is noticed");
+    assert_eq!(
+        reads.take(1000).count(),
+        8 + 7,
+        "a byte, and almost as much again before it is noticed"
+    );
 }

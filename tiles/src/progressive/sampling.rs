@@ -23,7 +23,13 @@ pub(super) enum Fit {
 impl Fit {
     /// How many there are.
     pub(super) const COUNT: usize = 5;
-    const ALL: [Self; Self::COUNT] = [Self::Same, Self::Sample(0), Self::Sample(1), Self::Sample(2), Self::Free];
+    const ALL: [Self; Self::COUNT] = [
+        Self::Same,
+        Self::Sample(0),
+        Self::Sample(1),
+        Self::Sample(2),
+        Self::Free,
+    ];
 
     pub(super) fn from_symbol(symbol: usize) -> Self {
         Self::ALL.get(symbol).copied().unwrap_or(Self::Free)
@@ -53,9 +59,8 @@ impl Sampling {
 
     /// The coarsest part of a step on which a coordinate lies.
     pub(super) fn fit(&self, axis: usize, coordinate: f64) -> Fit {
-        let lies_on = |&halvings: &u32| {
-            self.coordinate(axis, halvings, self.index(axis, halvings, coordinate)) == coordinate
-        };
+        let lies_on =
+            |&halvings: &u32| self.coordinate(axis, halvings, self.index(axis, halvings, coordinate)) == coordinate;
         (0..3).find(lies_on).map_or(Fit::Free, Fit::Sample)
     }
 }

@@ -91,9 +91,15 @@ impl SplitModel {
 
     /// Codes the split of a vertex.
     pub(super) fn code(&mut self, coder: &mut impl Coder, place: Place, told: Split) -> Split {
-        let Place { surface, vertex, ring, .. } = place;
+        let Place {
+            surface, vertex, ring, ..
+        } = place;
         self.star.gather(surface, vertex, ring);
-        let axes = if self.is_height_field { Axes::PLAN } else { self.star.turn() };
+        let axes = if self.is_height_field {
+            Axes::PLAN
+        } else {
+            self.star.turn()
+        };
         let centre = axes.ordered(surface.positions[vertex as usize]);
         let side = self.code_side(coder, ring, told.cuts.side);
         let (mut blue, height) = self.code_plan(coder, side, centre, axes.ordered(told.blue));
@@ -108,7 +114,9 @@ impl SplitModel {
         let mut red = centre;
         if !place.is_still {
             let expected = roughness * RED_SHARE + difference.abs() * RED_SHARE;
-            red = self.red.code(coder, centre, blue, [expected, difference], axes.ordered(told.red));
+            red = self
+                .red
+                .code(coder, centre, blue, [expected, difference], axes.ordered(told.red));
         }
         let cuts = self.code_cuts(coder, ring, [red - centre, blue - centre], Cuts { side, ..told.cuts });
         Split {
@@ -156,7 +164,10 @@ impl SplitModel {
     }
 
     fn expected_difference(&self, vertex: u32, ring: &Ring) -> f64 {
-        let neighbours = ring.vertices.iter().map(|&neighbour| self.roughness[neighbour as usize]);
+        let neighbours = ring
+            .vertices
+            .iter()
+            .map(|&neighbour| self.roughness[neighbour as usize]);
         let around = neighbours.sum::<f64>() / ring.vertices.len() as f64;
         self.roughness[vertex as usize] * OWN + around * (1.0 - OWN)
     }
@@ -166,7 +177,11 @@ impl SplitModel {
             side: told.side,
             ..Cuts::default()
         };
-        let edge = if told.side == Side::Outer { [blue, red] } else { [red, blue] };
+        let edge = if told.side == Side::Outer {
+            [blue, red]
+        } else {
+            [red, blue]
+        };
         if told.side.has_first_cut() {
             self.rank(edge, false, 0..ring.vertices.len());
             cuts.first = self.code_cut(coder, 0, told.first);
@@ -186,7 +201,8 @@ impl SplitModel {
         for place in places {
             let misfit = self.star.misfit(place, edge, is_second);
             let better = self.candidates.iter().rposition(|other| other.0 <= misfit);
-            self.candidates.insert(better.map_or(0, |index| index + 1), (misfit, place));
+            self.candidates
+                .insert(better.map_or(0, |index| index + 1), (misfit, place));
         }
     }
 
@@ -216,7 +232,11 @@ impl RedModel {
         told: DVec3,
     ) -> DVec3 {
         let moves = coder.bit(&mut self.moves, told.x != centre.x || told.y != centre.y);
-        let mut red = if moves { self.code_move(coder, centre, blue, told) } else { centre };
+        let mut red = if moves {
+            self.code_move(coder, centre, blue, told)
+        } else {
+            centre
+        };
         let sign = match difference {
             _ if difference < 0.0 => 1,
             _ if difference > 0.0 => 2,
@@ -237,8 +257,12 @@ impl RedModel {
             red.y = midway.y - f64::from(u8::from(rounds[1]));
             red.z = midway.z;
         } else {
-            red.x += self.distances.code(coder, (blue.x - centre.x).abs(), NO_SIGN, told.x - centre.x);
-            red.y += self.distances.code(coder, (blue.y - centre.y).abs(), NO_SIGN, told.y - centre.y);
+            red.x += self
+                .distances
+                .code(coder, (blue.x - centre.x).abs(), NO_SIGN, told.x - centre.x);
+            red.y += self
+                .distances
+                .code(coder, (blue.y - centre.y).abs(), NO_SIGN, told.y - centre.y);
         }
         red
     }

@@ -73,7 +73,9 @@ impl Star {
 
     /// Spokes that follow each other: the triangles.
     fn pairs(&self) -> impl Iterator<Item = [DVec3; 2]> + '_ {
-        let wrap = self.is_closed.then(|| [self.spokes[self.spokes.len() - 1], self.spokes[0]]);
+        let wrap = self
+            .is_closed
+            .then(|| [self.spokes[self.spokes.len() - 1], self.spokes[0]]);
         self.spokes.windows(2).map(|pair| [pair[0], pair[1]]).chain(wrap)
     }
 
@@ -108,7 +110,11 @@ impl Star {
     /// from where `red` is to where `blue` is, and more where it is on the wrong side.
     pub(super) fn misfit(&self, place: usize, [red, blue]: [DVec3; 2], is_second: bool) -> f64 {
         let (to_red, to_blue) = (red - self.spokes[place], blue - self.spokes[place]);
-        let area = if is_second { cross(to_red, to_blue) } else { cross(to_blue, to_red) };
+        let area = if is_second {
+            cross(to_red, to_blue)
+        } else {
+            cross(to_blue, to_red)
+        };
         let dot = to_red.x * to_blue.x + to_red.y * to_blue.y;
         if area > 0.0 { dot / area } else { WRONG_SIDE + dot.abs() }
     }

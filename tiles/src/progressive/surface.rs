@@ -13,7 +13,7 @@ fn next(edge: u32) -> u32 {
 }
 
 fn previous(edge: u32) -> u32 {
-    if edge % 3 == 0 { edge + 2 } else { edge - 1 }
+    if edge.is_multiple_of(3) { edge + 2 } else { edge - 1 }
 }
 
 /// Which part of the triangles around a vertex goes over to the vertex that is split off it.

@@ -15,13 +15,26 @@ fn walk(surface: &Surface, vertex: u32) -> Ring {
 
 fn split(surface: &mut Surface, red: u32, side: Side, [first, second]: [u32; 2]) {
     let ring = walk(surface, red);
-    let place = |neighbour| ring.vertices.iter().position(|&vertex| vertex == neighbour).unwrap_or(0);
-    let cuts = Cuts { side, first: place(first), second: place(second) };
+    let place = |neighbour| {
+        ring.vertices
+            .iter()
+            .position(|&vertex| vertex == neighbour)
+            .unwrap_or(0)
+    };
+    let cuts = Cuts {
+        side,
+        first: place(first),
+        second: place(second),
+    };
     assert!(are_possible(cuts, &ring), "{cuts:?} in {:?}", ring.vertices);
     surface.split(red, &ring, cuts, DVec3::ZERO);
     for vertex in 0..surface.positions.len() as u32 {
         let ring = walk(surface, vertex);
-        assert_eq!(surface.valence(vertex) as usize, ring.vertices.len(), "neighbours of {vertex}");
+        assert_eq!(
+            surface.valence(vertex) as usize,
+            ring.vertices.len(),
+            "neighbours of {vertex}"
+        );
         assert_eq!(surface.is_closed(vertex), ring.is_closed(), "around {vertex}");
     }
 }
@@ -81,7 +94,10 @@ fn cuts_must_leave_each_its_triangles() {
     let [inner, open] = [4, 0].map(|vertex| walk(&surface, vertex));
     let cuts = |side, first, second| Cuts { side, first, second };
     assert!(!are_possible(cuts(Side::Inner, 1, 1), &inner), "nothing for blue");
-    assert!(are_possible(cuts(Side::Inner, 2, 1), &inner), "around the start of the walk");
+    assert!(
+        are_possible(cuts(Side::Inner, 2, 1), &inner),
+        "around the start of the walk"
+    );
     assert!(!are_possible(cuts(Side::Inner, 2, 1), &open));
     assert!(!are_possible(cuts(Side::Inner, 0, 4), &inner), "no such neighbour");
     assert!(!are_possible(cuts(Side::Front, 0, 1), &inner));
