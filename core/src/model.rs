@@ -7,19 +7,20 @@
 //! the place of error spheres: bounds that are summed up from collapse to collapse are several times too large.
 //!
 //! ```text
-//! for each band, by growing tolerance:
-//!     repeat until a round finds nothing:
-//!         for each vertex worth a try, in memory order, whose star no collapse of this round has touched:
-//!             for each neighbour, least quadric first, and each place for the red vertex:
-//!                 check link, orientation, distances
-//!                 perform the first collapse that passes all; the star around it is worth a try again
-//!     close the band in the log; the next one begins where a share of the vertices has hope
+//! for each band, until half of the triangles are gone:
+//!     for each tolerance, the next being the least where a share of the vertices has hope:
+//!         repeat until a round finds nothing:
+//!             for each vertex worth a try, in memory order, whose star no collapse of this round has touched:
+//!                 for each neighbour, least quadric first, and each place for the red vertex:
+//!                     check quadric, link, orientation, samples of the model, way back to the model
+//!                     perform the first collapse that passes all; the star around it is worth a try again
+//!     close the band in the log
 //! ```
 //!
-//! **What holds at every level:** it is a 2-manifold of the model's topology, no triangle has turned over, and every vertex of
-//! the model lies within the band's tolerance of the surface (those on its boundary, of the boundary). What that leaves open,
-//! the rest of the model and the way back, [`crate::hausdorff`] measures for a finished level; a log knows no error until
-//! then, and its bands say infinity.
+//! **What holds after every collapse:** the surface is a 2-manifold of the model's topology; no triangle has turned over;
+//! every point of the surface is within the tolerance of the model, beyond doubt; and so is every vertex of the model, and the
+//! middle of each of its edges, of the surface (on its boundary, of the boundary). What is left open, the rest of the model,
+//! [`crate::hausdorff`] measures for a finished level. Until then no error is certified, and the log's bands say infinity.
 
 mod quadric;
 mod samples;
@@ -136,14 +137,16 @@ impl ModelSimplifier {
         Ok(simplifier)
     }
 
-    /// Collapses what the next band allows; tells whether a further one might come nearer to the goal.
+    /// Collapses until half of the triangles are gone, by growing tolerance, and closes the band; tells whether a further one
+    /// might come nearer to the goal.
     pub fn next_band(&mut self, goal: Goal) -> bool {
-        self.tolerance = self.hopeful_tolerance().max(self.tolerance * STEP).min(goal.tolerance);
-        while self.round(goal.triangles) > 0 {}
+        let half = self.triangle_count / 2;
+        let mut goes_on = true;
+        while goes_on && self.triangle_count > half {
+            goes_on = self.next_tolerance(goal);
+        }
         self.close_band();
-        self.triangle_count > goal.triangles
-            && self.tolerance < goal.tolerance
-            && self.live_needs().any(f64::is_finite)
+        goes_on
     }
 
     /// Triangles by now.
@@ -156,6 +159,15 @@ impl ModelSimplifier {
     #[must_use]
     pub fn log(&self) -> &CollapseLog {
         &self.log
+    }
+
+    /// Collapses what the next tolerance allows; tells whether a further one might come nearer to the goal.
+    fn next_tolerance(&mut self, goal: Goal) -> bool {
+        self.tolerance = self.hopeful_tolerance().max(self.tolerance * STEP).min(goal.tolerance);
+        while self.round(goal.triangles) > 0 {}
+        self.triangle_count > goal.triangles
+            && self.tolerance < goal.tolerance
+            && self.live_needs().any(f64::is_finite)
     }
 
     fn close_band(&mut self) {
