@@ -18,6 +18,8 @@
 //!   └───╱──────╲───┘
 //! ```
 
+use std::collections::VecDeque;
+
 use glam::DVec3;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
@@ -31,6 +33,8 @@ const PRECISION: f64 = 1.0 / 128.0;
 const LEAST: f64 = 1e-7;
 /// What rounding may make of a distance, as a share of the largest coordinate.
 const ROUNDING: f64 = 1e-14;
+/// Nor are bounds looked for below so many times that.
+const ROUNDINGS: f64 = 100.0;
 /// Corners of a piece that are nearer to a plane than this share of its size count as being on it.
 const ON_PLANE: f64 = 1e-9;
 
@@ -65,9 +69,14 @@ impl SurfaceTree {
             facets: RTree::bulk_load(facets.collect()),
             across: (0..).take(corners.len()).map(|facet| edges_of(facet).map(triangle_across)).collect(),
             corners,
-            least: low.distance(high) * LEAST,
+            least: (low.distance(high) * LEAST).max(largest * ROUNDING * ROUNDINGS),
             rounding: largest * ROUNDING,
         }
+    }
+
+    /// The least bound that is looked for.
+    pub(crate) fn least(&self) -> f64 {
+        self.least
     }
 
     /// Distance of a point; infinite where the surface has no triangles.
@@ -94,30 +103,30 @@ impl SurfaceTree {
 
     /// A bound as [`Self::bound`] has it, or anything above `limit` once it is clear that it will be above.
     fn search(&self, corners: [DVec3; 3], enough: f64, limit: f64) -> f64 {
-        let enough = enough.max(self.least);
-        let mut bound: f64 = 0.0;
-        let mut open = vec![Piece::new(corners.to_vec(), NONE)];
-        while let Some(piece) = open.pop() {
-            if let Some(corners) = self.corners.get(piece.over as usize) {
-                let reach = piece.reach(corners);
-                if reach <= enough.max(bound) {
-                    bound = bound.max(reach);
-                    continue;
-                }
+        let (mut bound, mut enough) = (0.0_f64, enough.max(self.least));
+        // First in, first out: large pieces are looked at before small ones, so that what is too far is soon found.
+        let mut open = VecDeque::from([Piece::new(corners.to_vec(), NONE)]);
+        while let Some(piece) = open.pop_front() {
+            let expected = self.corners.get(piece.over as usize);
+            if let Some(reach) = expected.map(|facet| piece.reach(facet)).filter(|&reach| reach <= enough) {
+                bound = bound.max(reach);
+                continue;
             }
             let middle = piece.middle();
             let (Some(facet), distance) = self.nearest(middle) else {
                 return f64::INFINITY;
             };
+            if distance > limit {
+                return distance;
+            }
+            // No bound can be less than this distance, so that none need be better than a little more.
+            enough = enough.max(distance * (1.0 + PRECISION));
             let radius = piece.farthest(|corner| corner.distance_squared(middle));
             let reach = piece.reach(&facet.corners).min(distance + radius);
-            if reach <= enough.max(bound) || radius <= distance * PRECISION {
+            if reach <= enough || radius <= self.rounding {
                 bound = bound.max(reach);
             } else {
-                piece.cut(facet, self.across[facet.number as usize], &mut open);
-            }
-            if bound.max(distance) > limit {
-                return bound.max(distance);
+                open.extend(piece.cut(facet, self.across[facet.number as usize]));
             }
         }
         bound + self.rounding
@@ -186,9 +195,9 @@ impl Piece {
         self.corners.iter().map(|&corner| squared(corner)).fold(0.0, f64::max).sqrt()
     }
 
-    /// Cuts along the sides of a facet's prism and leaves the parts in `parts`; `across` are the facets beyond the sides.
-    fn cut(self, facet: &Facet, across: [u32; 3], parts: &mut Vec<Self>) {
-        let before = parts.len();
+    /// The parts that the sides of a facet's prism cut, at least two; `across` are the facets beyond the sides.
+    fn cut(self, facet: &Facet, across: [u32; 3]) -> Vec<Self> {
+        let mut parts = Vec::new();
         let mut inside = Some(self.corners);
         for ((on_side, outwards), beyond) in facet.sides().into_iter().zip(across) {
             let Some(rest) = inside.take() else { break };
@@ -197,11 +206,10 @@ impl Piece {
             inside = below;
         }
         parts.extend(inside.map(|part| Self::new(part, facet.number)));
-        if parts.len() == before + 1
-            && let Some(whole) = parts.pop()
-        {
-            parts.extend(whole.halves());
+        if parts.len() > 1 {
+            return parts;
         }
+        parts.into_iter().flat_map(Self::halves).collect()
     }
 
     /// Two parts, cut through the middle, across the direction of the farthest corner.

@@ -40,8 +40,6 @@ use crate::hausdorff::SurfaceTree;
 use crate::manifold::{self, ManifoldError};
 use crate::mesh::Mesh;
 
-/// Tolerance of the first band over the diagonal of the model's box: what is flat collapses there.
-const FIRST_TOLERANCE: f64 = 1e-7;
 /// A band's tolerance over that of the one before it, at least.
 const STEP: f64 = std::f64::consts::SQRT_2;
 /// A band begins where one in so many vertices might collapse.
@@ -117,9 +115,10 @@ impl ModelSimplifier {
         manifold::check_stars(&Connectivity::new(mesh))?;
         let connectivity = HalfEdges::new(mesh.positions.len(), mesh.triangles.clone());
         let (low, high) = mesh.bounds();
+        let model = SurfaceTree::new(mesh);
         let mut simplifier = Self {
             samples: SampleLists::new(&mesh.positions, &connectivity),
-            model: SurfaceTree::new(mesh),
+            model,
             connectivity,
             positions: mesh.positions.clone(),
             quadrics: vec![Quadric::ZERO; mesh.positions.len()],
@@ -127,7 +126,7 @@ impl ModelSimplifier {
             placement,
             triangle_count: mesh.triangles.len(),
             log: CollapseLog::default(),
-            tolerance: low.distance(high) * FIRST_TOLERANCE / STEP,
+            tolerance: model.least(),
             needed: vec![0.0; mesh.positions.len()],
             touched: vec![0; mesh.positions.len()],
             round: 0,
@@ -351,4 +350,4 @@ impl ModelSimplifier {
 
 #[cfg(test)]
 #[path = "model_tests.rs"]
-mod tests;
+pub(crate) mod tests;
