@@ -67,7 +67,10 @@ impl SurfaceTree {
         let largest = low.abs().max(high.abs()).max_element();
         Self {
             facets: RTree::bulk_load(facets.collect()),
-            across: (0..).take(corners.len()).map(|facet| edges_of(facet).map(triangle_across)).collect(),
+            across: (0..)
+                .take(corners.len())
+                .map(|facet| edges_of(facet).map(triangle_across))
+                .collect(),
             corners,
             least: (low.distance(high) * LEAST).max(largest * ROUNDING * ROUNDINGS),
             rounding: largest * ROUNDING,
@@ -108,7 +111,10 @@ impl SurfaceTree {
         let mut open = VecDeque::from([Piece::new(corners.to_vec(), NONE)]);
         while let Some(piece) = open.pop_front() {
             let expected = self.corners.get(piece.over as usize);
-            if let Some(reach) = expected.map(|facet| piece.reach(facet)).filter(|&reach| reach <= enough) {
+            if let Some(reach) = expected
+                .map(|facet| piece.reach(facet))
+                .filter(|&reach| reach <= enough)
+            {
                 bound = bound.max(reach);
                 continue;
             }
@@ -126,7 +132,7 @@ impl SurfaceTree {
             if reach <= enough || radius <= self.rounding {
                 bound = bound.max(reach);
             } else {
-                open.extend(piece.cut(facet, self.across[facet.number as usize]));
+                open.extend(piece.cut(facet, self.across[facet.number as usize], self.rounding));
             }
         }
         bound + self.rounding
@@ -192,16 +198,21 @@ impl Piece {
 
     /// The root of the largest of what `squared` gives for the corners.
     fn farthest(&self, squared: impl Fn(DVec3) -> f64) -> f64 {
-        self.corners.iter().map(|&corner| squared(corner)).fold(0.0, f64::max).sqrt()
+        self.corners
+            .iter()
+            .map(|&corner| squared(corner))
+            .fold(0.0, f64::max)
+            .sqrt()
     }
 
-    /// The parts that the sides of a facet's prism cut, at least two; `across` are the facets beyond the sides.
-    fn cut(self, facet: &Facet, across: [u32; 3]) -> Vec<Self> {
+    /// The parts that the sides of a facet's prism cut, at least two; `across` are the facets beyond the sides. What is nearer
+    /// to a side than `rounding` is on it.
+    fn cut(self, facet: &Facet, across: [u32; 3], rounding: f64) -> Vec<Self> {
         let mut parts = Vec::new();
         let mut inside = Some(self.corners);
         for ((on_side, outwards), beyond) in facet.sides().into_iter().zip(across) {
             let Some(rest) = inside.take() else { break };
-            let [below, above] = split(&rest, on_side, outwards);
+            let [below, above] = split(&rest, on_side, outwards, rounding);
             parts.extend(above.map(|part| Self::new(part, beyond)));
             inside = below;
         }
@@ -218,18 +229,23 @@ impl Piece {
         let offsets = self.corners.iter().map(|&corner| corner - middle);
         let farthest = offsets.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
         let direction = farthest.unwrap_or_default().normalize_or_zero();
-        let parts = split(&self.corners, middle, direction).into_iter().flatten();
+        let parts = split(&self.corners, middle, direction, 0.0).into_iter().flatten();
         parts.map(move |part| Self::new(part, self.over))
     }
 }
 
 /// The parts of a polygon on the two sides of a plane, that which its unit normal points away from first. If there is but
-/// one, it is the whole.
-fn split(corners: &[DVec3], on_plane: DVec3, normal: DVec3) -> [Option<Vec<DVec3>>; 2] {
-    let size = corners.iter().map(|corner| corner.distance_squared(corners[0])).fold(0.0, f64::max).sqrt();
+/// one, it is the whole. Corners nearer to the plane than `rounding` count as on it.
+fn split(corners: &[DVec3], on_plane: DVec3, normal: DVec3, rounding: f64) -> [Option<Vec<DVec3>>; 2] {
+    let size = corners
+        .iter()
+        .map(|corner| corner.distance_squared(corners[0]))
+        .fold(0.0, f64::max)
+        .sqrt();
     let height = |&corner: &DVec3| {
         let height = (corner - on_plane).dot(normal);
-        if height.abs() > ON_PLANE * size { height } else { 0.0 }
+        let is_off = height.abs() > (ON_PLANE * size).max(rounding);
+        if is_off { height } else { 0.0 }
     };
     let is_above = corners.iter().any(|corner| height(corner) > 0.0);
     let is_below = corners.iter().any(|corner| height(corner) < 0.0);

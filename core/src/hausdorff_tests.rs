@@ -15,7 +15,13 @@ fn bound(from: &Mesh, to: &Mesh, enough: f64) -> f64 {
 /// A square of side 4 and its middle at a height.
 fn tent(height: f64) -> Mesh {
     Mesh {
-        positions: vec![at(0.0, 0.0, 0.0), at(4.0, 0.0, 0.0), at(4.0, 4.0, 0.0), at(0.0, 4.0, 0.0), at(2.0, 2.0, height)],
+        positions: vec![
+            at(0.0, 0.0, 0.0),
+            at(4.0, 0.0, 0.0),
+            at(4.0, 4.0, 0.0),
+            at(0.0, 4.0, 0.0),
+            at(2.0, 2.0, height),
+        ],
         triangles: vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
     }
 }

@@ -118,6 +118,7 @@ impl ModelSimplifier {
         let model = SurfaceTree::new(mesh);
         let mut simplifier = Self {
             samples: SampleLists::new(&mesh.positions, &connectivity),
+            tolerance: model.least(),
             model,
             connectivity,
             positions: mesh.positions.clone(),
@@ -126,7 +127,6 @@ impl ModelSimplifier {
             placement,
             triangle_count: mesh.triangles.len(),
             log: CollapseLog::default(),
-            tolerance: model.least(),
             needed: vec![0.0; mesh.positions.len()],
             touched: vec![0; mesh.positions.len()],
             round: 0,
@@ -164,9 +164,7 @@ impl ModelSimplifier {
     fn next_tolerance(&mut self, goal: Goal) -> bool {
         self.tolerance = self.hopeful_tolerance().max(self.tolerance * STEP).min(goal.tolerance);
         while self.round(goal.triangles) > 0 {}
-        self.triangle_count > goal.triangles
-            && self.tolerance < goal.tolerance
-            && self.live_needs().any(f64::is_finite)
+        self.triangle_count > goal.triangles && self.tolerance < goal.tolerance && self.live_needs().any(f64::is_finite)
     }
 
     fn close_band(&mut self) {
@@ -259,7 +257,11 @@ impl ModelSimplifier {
 
     /// The neighbours that a vertex may collapse into, the least quadric first.
     fn list_candidates(&self, blue: u32, scratch: &mut Scratch) {
-        let Scratch { around_blue, candidates, .. } = scratch;
+        let Scratch {
+            around_blue,
+            candidates,
+            ..
+        } = scratch;
         let on_boundary = self.connectivity.is_boundary(blue);
         let last = around_blue.len() - 1;
         candidates.clear();
@@ -283,7 +285,11 @@ impl ModelSimplifier {
         let sum = self.quadrics[edge.blue as usize] + self.quadrics[edge.red as usize];
         let may_move = self.placement == Placement::Best
             && self.connectivity.is_boundary(edge.blue) == self.connectivity.is_boundary(edge.red);
-        let place = if may_move { sum.best_place((blue + red) / 2.0) } else { red };
+        let place = if may_move {
+            sum.best_place((blue + red) / 2.0)
+        } else {
+            red
+        };
         // The best place is the same from both ends: one that failed from the other needs no second try.
         let is_news = self.needed[edge.red as usize] <= self.tolerance;
         Candidate {
@@ -302,7 +308,12 @@ impl ModelSimplifier {
             return Err(candidate.distance);
         }
         let Edge { blue, red, .. } = candidate.edge;
-        let Scratch { around_blue, around_red, star, .. } = scratch;
+        let Scratch {
+            around_blue,
+            around_red,
+            star,
+            ..
+        } = scratch;
         self.connectivity.ring(red, around_red);
         if around_red.iter().any(|&vertex| self.is_touched(vertex)) {
             return Err(self.tolerance);
@@ -318,7 +329,10 @@ impl ModelSimplifier {
                 continue;
             }
             let there = star.keeps_samples(place, self.tolerance);
-            let and_back = |()| star.triangles(place).try_for_each(|corners| self.model.holds(corners, self.tolerance));
+            let and_back = |()| {
+                star.triangles(place)
+                    .try_for_each(|corners| self.model.holds(corners, self.tolerance))
+            };
             match there.and_then(and_back) {
                 Ok(()) => return Ok(place),
                 Err(distance) => needed = needed.min(distance),

@@ -13,7 +13,9 @@ use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
 use crate::Failure;
-use crate::cli::{Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs};
+use crate::cli::{
+    Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs,
+};
 
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {

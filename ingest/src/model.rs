@@ -33,8 +33,8 @@ use thiserror::Error;
 
 use self::levels::LeveledModel;
 pub(crate) use self::ply::write_binary;
-use self::simplified::Way;
 pub use self::simplified::Target;
+use self::simplified::Way;
 use crate::progress::Progress;
 
 /// Numbers that vertices have besides their position, such as one component of a normal or a colour.
@@ -172,8 +172,14 @@ impl fmt::Display for Report {
         }
         write!(f, "level  vertices  triangles  certified error")?;
         for level in &self.levels {
-            let error = level.certified_error.map_or("not known".to_owned(), |error| format!("{error:.6e}"));
-            write!(f, "\n{:>5} {:>9} {:>10}  {error:>15}", level.level, level.vertices, level.triangles)?;
+            let error = level
+                .certified_error
+                .map_or("not known".to_owned(), |error| format!("{error:.6e}"));
+            write!(
+                f,
+                "\n{:>5} {:>9} {:>10}  {error:>15}",
+                level.level, level.vertices, level.triangles
+            )?;
             if self.extracted == Some(level.level) {
                 write!(f, "  ◀ written")?;
             }
@@ -226,7 +232,9 @@ fn leveled(
     let model = read(input, Limits::default()).with_context(named)?;
     progress.advance(1);
     for seam in &model.seams {
-        progress.note(&format!("`{seam}` is left out: it differs between triangles that share a vertex"));
+        progress.note(&format!(
+            "`{seam}` is left out: it differs between triangles that share a vertex"
+        ));
     }
     let (leveled, way) = simplified::leveled(&model, target, keeps_vertices, progress)?;
     Ok((leveled, Some(way)))

@@ -38,7 +38,9 @@ fn hills() -> String {
     let size = 25;
     let vertex = |i: u32| (i % size, i / size);
     let height = |x: u32, y: u32| (f64::from(x) / 4.0).sin() + (f64::from(y) / 5.0).cos();
-    let positions = (0..size * size).map(vertex).map(|(x, y)| format!("v {x} {y} {}\n", height(x, y)));
+    let positions = (0..size * size)
+        .map(vertex)
+        .map(|(x, y)| format!("v {x} {y} {}\n", height(x, y)));
     let cells = (1..size * (size - 1)).filter(|i| i % size != 0);
     let faces = cells.map(|i| format!("f {i} {} {} {}\n", i + 1, i + 1 + size, i + size));
     positions.chain(faces).collect()
@@ -71,7 +73,10 @@ fn faults_are_named() {
     let fault = |name: &str, text: &str| read_text(name, text).unwrap_err().to_string();
     assert_eq!(fault("empty.obj", ""), "has no triangles");
     assert!(fault("far.obj", "v 0 0 0\nf 1 2 3\n").starts_with("not a readable OBJ file"));
-    assert_eq!(fault("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "vertex 0 has a coordinate that is no finite number");
+    assert_eq!(
+        fault("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        "vertex 0 has a coordinate that is no finite number"
+    );
     assert!(fault("text.ply", "no mesh").starts_with("not a readable PLY file"));
     let header = "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n";
     assert_eq!(fault("huge.ply", header), "more than 134217728 vertices");
@@ -86,9 +91,16 @@ fn levels_keep_the_error_that_was_asked_for_and_colours_on_the_way() {
     let folder = TempDir::new().unwrap();
     file(&folder, "hills.obj", &hills());
     let report = made(&folder, "hills.obj", Target::Error(0.2), "out.ply", None);
-    let errors: Vec<f64> = report.levels.iter().map(|level| level.certified_error.unwrap()).collect();
+    let errors: Vec<f64> = report
+        .levels
+        .iter()
+        .map(|level| level.certified_error.unwrap())
+        .collect();
     assert_eq!((report.method, errors[0]), ("collapses", 0.0));
-    assert!(errors.is_sorted() && *errors.last().unwrap() <= 0.2 && *errors.last().unwrap() > 0.1, "{errors:?}");
+    assert!(
+        errors.is_sorted() && *errors.last().unwrap() <= 0.2 && *errors.last().unwrap() > 0.1,
+        "{errors:?}"
+    );
     let written = read(&folder.path().join("out.ply"), Limits::default()).unwrap();
     assert_eq!(written.mesh.triangles.len(), report.levels.last().unwrap().triangles);
     file(&folder, "octahedron.obj", OCTAHEDRON);
@@ -106,9 +118,15 @@ fn a_level_of_a_lod_file_is_the_level_that_was_made() {
     assert!(report.levels.last().unwrap().triangles <= 60);
     for (level, made_level) in report.levels.iter().enumerate() {
         let extracted = made(&folder, "hills.lod", Target::Coarsest, "level.ply", Some(level));
-        assert_eq!((extracted.method, extracted.levels.len()), ("file", report.levels.len()));
+        assert_eq!(
+            (extracted.method, extracted.levels.len()),
+            ("file", report.levels.len())
+        );
         let mesh = read(&folder.path().join("level.ply"), Limits::default()).unwrap().mesh;
-        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (made_level.vertices, made_level.triangles));
+        assert_eq!(
+            (mesh.positions.len(), mesh.triangles.len()),
+            (made_level.vertices, made_level.triangles)
+        );
     }
 }
 
@@ -137,6 +155,9 @@ fn levels_that_are_not_there_are_refused() {
         lod: Some(9),
     };
     let error = run(&input, &options, &folder.path().join("out.ply"), &Progress::silent()).unwrap_err();
-    assert!(format!("{error:#}").contains("there is no level 9: levels go from 0"), "{error:#}");
+    assert!(
+        format!("{error:#}").contains("there is no level 9: levels go from 0"),
+        "{error:#}"
+    );
     assert!(!folder.path().join("out.ply").exists());
 }

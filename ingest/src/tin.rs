@@ -89,7 +89,10 @@ pub fn run(grid: &HeightGrid, options: &Options, output: &Path, progress: &Progr
     let reference = reference(grid, is_flipped, &curvature, options.bound);
     progress.open_stage("triangulating");
     let surface = refined(&reference, options)?;
-    progress.open_stage(&format!("simplifying {} triangles", HumanCount(surface.triangle_count() as u64)));
+    progress.open_stage(&format!(
+        "simplifying {} triangles",
+        HumanCount(surface.triangle_count() as u64)
+    ));
     let surface = thinned(surface, options);
     progress.done();
     let error = surface.deviation().size;
@@ -259,12 +262,7 @@ fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &R
 }
 
 /// Wavefront OBJ; numbers are written so that they read back as the same doubles.
-fn write_obj(
-    out: &mut impl Write,
-    positions: &[DVec3],
-    triangles: &[[u32; 3]],
-    note: &str,
-) -> io::Result<()> {
+fn write_obj(out: &mut impl Write, positions: &[DVec3], triangles: &[[u32; 3]], note: &str) -> io::Result<()> {
     writeln!(out, "# {note}")?;
     for DVec3 { x, y, z } in positions {
         writeln!(out, "v {x} {y} {z}")?;

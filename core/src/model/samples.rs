@@ -40,7 +40,10 @@ impl SampleLists {
             }
         }
         for edge in (0..connectivity.triangle_slots()).flat_map(half_edges::edges_of) {
-            let (twin, ends) = (connectivity.twin(edge), [connectivity.origin(edge), connectivity.end(edge)]);
+            let (twin, ends) = (
+                connectivity.twin(edge),
+                [connectivity.origin(edge), connectivity.end(edge)],
+            );
             // Of two half-edges the first stands for the edge; one without a twin is the first.
             if edge < twin {
                 let [from, to] = ends.map(|vertex| positions[vertex as usize]);

@@ -66,7 +66,9 @@ impl Star {
         self.samples.clear();
         let facets = self.facets.iter().map(|facet| facet.triangle);
         let removed = self.removed.iter().copied();
-        facets.chain(removed).for_each(|triangle| lists.gather(triangle, &mut self.samples));
+        facets
+            .chain(removed)
+            .for_each(|triangle| lists.gather(triangle, &mut self.samples));
     }
 
     fn gather_facets(&mut self, connectivity: &HalfEdges, positions: &[DVec3], centre: u32, other_end: u32) {
@@ -115,7 +117,10 @@ impl Star {
             let [from, to] = facet.at;
             let normal = (from - place).cross(to - place);
             let before = (from - facet.before).cross(to - facet.before);
-            let longest = from.distance_squared(to).max(place.distance_squared(from)).max(place.distance_squared(to));
+            let longest = from
+                .distance_squared(to)
+                .max(place.distance_squared(from))
+                .max(place.distance_squared(to));
             let (area, area_before) = (normal.length(), before.length());
             area > LEAST_ALTITUDE * longest && normal.dot(before) >= LEAST_COSINE * area * area_before
         })

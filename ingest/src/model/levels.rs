@@ -60,7 +60,10 @@ impl LeveledColumn {
     /// A column whose representatives keep their values. `order` has the model's vertex for each of the partition.
     pub(super) fn kept(column: &Column, order: &[u32], representatives: &[u32]) -> Self {
         let red: Vec<f64> = order.iter().map(|&vertex| column.values[vertex as usize]).collect();
-        let blue = representatives.iter().map(|&representative| red[representative as usize]).collect();
+        let blue = representatives
+            .iter()
+            .map(|&representative| red[representative as usize])
+            .collect();
         Self {
             name: column.name.clone(),
             storage: column.storage,
@@ -80,7 +83,10 @@ impl<'a> Carrier<'a> {
     pub(super) fn new(columns: &'a [Column], positions: &[DVec3]) -> Self {
         Self {
             columns,
-            values: columns.iter().map(|column| Attribute::new(column.values.clone())).collect(),
+            values: columns
+                .iter()
+                .map(|column| Attribute::new(column.values.clone()))
+                .collect(),
             positions: positions.to_vec(),
         }
     }

@@ -49,7 +49,11 @@ fn errors(leveled: &LeveledModel) -> String {
     for (level, extent) in leveled.partition.levels.iter().rev().enumerate() {
         if extent.error.is_finite() {
             // Writing to a string cannot fail.
-            let _ = writeln!(comments, "#level {level}: distance from the model at most {}", extent.error);
+            let _ = writeln!(
+                comments,
+                "#level {level}: distance from the model at most {}",
+                extent.error
+            );
         }
     }
     comments

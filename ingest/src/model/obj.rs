@@ -39,7 +39,9 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<Polygons, ModelError> 
 
 fn add(mesh: &tobj::Mesh, polygons: &mut Polygons, limits: Limits) -> Result<(), ModelError> {
     let first = polygons.positions.len() as u64;
-    polygons.positions.extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
+    polygons
+        .positions
+        .extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
     if polygons.positions.len() > limits.vertices as usize {
         return Err(ModelError::TooLarge(limits.vertices, "vertices"));
     }

@@ -39,11 +39,17 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<Polygons, ModelError> 
             }
         }
     }
-    faces.iter().try_for_each(|face: &Face| polygons.add_face(&face.0, limits))?;
+    faces
+        .iter()
+        .try_for_each(|face: &Face| polygons.add_face(&face.0, limits))?;
     Ok(polygons)
 }
 
-fn read_faces(file: &mut Reader<BufReader<File>>, element: &ElementDef, header: &Header) -> Result<Vec<Face>, ModelError> {
+fn read_faces(
+    file: &mut Reader<BufReader<File>>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<Face>, ModelError> {
     let faces = Parser::<Face>::new().read_payload_for_element(file, element, header);
     faces.map_err(malformed)
 }
@@ -69,9 +75,14 @@ fn columns(element: &ElementDef, vertices: &[Vertex]) -> Result<Vec<Column>, Mod
     let named = element.properties.iter().map(|(_, property)| property);
     let mut columns = Vec::new();
     for property in named.filter(|property| !AXES.contains(&property.name.as_str())) {
-        let PropertyType::Scalar(scalar) = &property.data_type else { continue };
+        let PropertyType::Scalar(scalar) = &property.data_type else {
+            continue;
+        };
         let place = columns.len();
-        let values: Option<Vec<f64>> = vertices.iter().map(|vertex| vertex.numbers.get(place).copied()).collect();
+        let values: Option<Vec<f64>> = vertices
+            .iter()
+            .map(|vertex| vertex.numbers.get(place).copied())
+            .collect();
         columns.push(Column {
             name: property.name.clone(),
             storage: storage(scalar),
@@ -151,7 +162,12 @@ impl PropertyAccess for Face {
 /// A list of whole numbers; one below zero becomes one that no vertex has.
 fn indices(property: Property) -> Option<Vec<u64>> {
     fn unsigned<T: TryInto<u64>>(numbers: Vec<T>) -> Option<Vec<u64>> {
-        Some(numbers.into_iter().map(|number| number.try_into().unwrap_or(u64::MAX)).collect())
+        Some(
+            numbers
+                .into_iter()
+                .map(|number| number.try_into().unwrap_or(u64::MAX))
+                .collect(),
+        )
     }
     match property {
         Property::ListChar(numbers) => unsigned(numbers),
@@ -189,7 +205,8 @@ pub(crate) fn write_binary(
         writeln!(out, "comment {note}")?;
     }
     writeln!(out, "element vertex {}", positions.len())?;
-    AXES.iter().try_for_each(|axis| writeln!(out, "property double {axis}"))?;
+    AXES.iter()
+        .try_for_each(|axis| writeln!(out, "property double {axis}"))?;
     for Column { name, storage, .. } in columns {
         writeln!(out, "property {} {name}", type_name(*storage))?;
     }

@@ -30,7 +30,8 @@ impl Polygons {
         }
         self.faces += 1;
         let fan = corners.get(1..).unwrap_or_default().windows(2);
-        self.triangles.extend(fan.map(|pair| [corners[0], pair[0], pair[1]].map(|corner| corner as u32)));
+        self.triangles
+            .extend(fan.map(|pair| [corners[0], pair[0], pair[1]].map(|corner| corner as u32)));
         if self.triangles.len() > limits.triangles as usize {
             return Err(ModelError::TooLarge(limits.triangles, "triangles"));
         }
@@ -44,14 +45,19 @@ impl Polygons {
             return Err(ModelError::NotFinite(vertex));
         }
         let first = self.first_at_each_position();
-        let corners = self.triangles.iter().map(|corners| corners.map(|corner| first[corner as usize]));
+        let corners = self
+            .triangles
+            .iter()
+            .map(|corners| corners.map(|corner| first[corner as usize]));
         let proper: Vec<[u32; 3]> = corners.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
         if proper.is_empty() {
             return Err(ModelError::NoTriangles);
         }
         let (kept, numbers) = numbered(&proper, self.positions.len());
-        let (columns, seamed): (Vec<Column>, Vec<Column>) =
-            self.columns.into_iter().partition(|column| agrees(column, &first, &self.triangles));
+        let (columns, seamed): (Vec<Column>, Vec<Column>) = self
+            .columns
+            .into_iter()
+            .partition(|column| agrees(column, &first, &self.triangles));
         let gather = |column: Column| Column {
             values: kept.iter().map(|&vertex| column.values[vertex as usize]).collect(),
             ..column
@@ -59,7 +65,10 @@ impl Polygons {
         Ok(Model {
             mesh: Mesh {
                 positions: kept.iter().map(|&vertex| self.positions[vertex as usize]).collect(),
-                triangles: proper.iter().map(|corners| corners.map(|corner| numbers[corner as usize])).collect(),
+                triangles: proper
+                    .iter()
+                    .map(|corners| corners.map(|corner| numbers[corner as usize]))
+                    .collect(),
             },
             columns: columns.into_iter().map(gather).collect(),
             seams: seamed.into_iter().map(|column| column.name).collect(),
@@ -72,15 +81,22 @@ impl Polygons {
         // Adding zero makes −0 and 0 the same bits.
         let key = |position: &DVec3| position.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
         let vertices = (0_u32..).zip(&self.positions);
-        vertices.map(|(vertex, position)| *first.entry(key(position)).or_insert(vertex)).collect()
+        vertices
+            .map(|(vertex, position)| *first.entry(key(position)).or_insert(vertex))
+            .collect()
     }
 }
 
 /// The vertices that triangles use, growing, and each one's place among them.
 fn numbered(triangles: &[[u32; 3]], vertex_count: usize) -> (Vec<u32>, Vec<u32>) {
     let mut is_used = vec![false; vertex_count];
-    triangles.as_flattened().iter().for_each(|&corner| is_used[corner as usize] = true);
-    let kept: Vec<u32> = (0..vertex_count as u32).filter(|&vertex| is_used[vertex as usize]).collect();
+    triangles
+        .as_flattened()
+        .iter()
+        .for_each(|&corner| is_used[corner as usize] = true);
+    let kept: Vec<u32> = (0..vertex_count as u32)
+        .filter(|&vertex| is_used[vertex as usize])
+        .collect();
     let mut numbers = vec![0; vertex_count];
     for (number, &vertex) in (0..).zip(&kept) {
         numbers[vertex as usize] = number;

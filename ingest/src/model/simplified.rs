@@ -59,7 +59,11 @@ pub(super) fn leveled(
     progress: &Progress,
 ) -> Result<(LeveledModel, Way)> {
     let tree = SurfaceTree::new(&model.mesh);
-    let placement = if keeps_vertices { Placement::Stay } else { Placement::Best };
+    let placement = if keeps_vertices {
+        Placement::Stay
+    } else {
+        Placement::Best
+    };
     let (mut leveled, way) = match manifold::check_stars(&Connectivity::new(&model.mesh)) {
         Ok(()) => (collapsed(model, &tree, target, placement, progress)?, Way::Collapses),
         Err(fault) => (clustered(model, &tree, target, progress)?, Way::Clustering(fault)),
@@ -94,14 +98,26 @@ fn collapsed(
     progress: &Progress,
 ) -> Result<LeveledModel> {
     let Target::Error(error) = target else {
-        let triangles = if let Target::Triangles(triangles) = target { triangles } else { 0 };
+        let triangles = if let Target::Triangles(triangles) = target {
+            triangles
+        } else {
+            0
+        };
         let tolerance = f64::INFINITY;
         let log = collapse(&model.mesh, placement, Goal { tolerance, triangles }, progress)?;
         return from_log(model, &log);
     };
     let mut tolerance = error;
     for _ in 0..ATTEMPTS {
-        let log = collapse(&model.mesh, placement, Goal { tolerance, triangles: 0 }, progress)?;
+        let log = collapse(
+            &model.mesh,
+            placement,
+            Goal {
+                tolerance,
+                triangles: 0,
+            },
+            progress,
+        )?;
         let leveled = from_log(model, &log)?;
         let reached = distance(&leveled.partition, 0, &model.mesh, tree);
         if reached <= error {
@@ -147,7 +163,12 @@ fn clustered(model: &Model, tree: &SurfaceTree, target: Target, progress: &Progr
     progress.stage("clustering", 1);
     let clustered = Clustered {
         model,
-        positions: model.mesh.positions.iter().map(|position| position.to_array()).collect(),
+        positions: model
+            .mesh
+            .positions
+            .iter()
+            .map(|position| position.to_array())
+            .collect(),
     };
     let (low, high) = model.mesh.bounds();
     let cells = || std::iter::successors(Some(low.distance(high)), |cell| Some(cell * CELL_STEP)).take(CELL_STEPS);
@@ -185,14 +206,21 @@ impl Clustered<'_> {
     fn is_worth_a_level(&self, cell: f64) -> bool {
         let clusterings = grid_clusterings(&self.positions, cell, 1).unwrap_or_default();
         let left = |clustering: &Clustering| clustering.positions.len() as f64;
-        clusterings.first().is_some_and(|clustering| left(clustering) < TOO_FINE * self.positions.len() as f64)
+        clusterings
+            .first()
+            .is_some_and(|clustering| left(clustering) < TOO_FINE * self.positions.len() as f64)
     }
 
     /// Triangles with corners in three different cells; none where cells of that size cannot be numbered.
     fn triangles_left(&self, cell: f64) -> Option<usize> {
         let clusterings = grid_clusterings(&self.positions, cell, 1).ok()?;
         let mapping = &clusterings.first()?.mapping;
-        let corners = self.model.mesh.triangles.iter().map(|corners| corners.map(|corner| mapping[corner as usize]));
+        let corners = self
+            .model
+            .mesh
+            .triangles
+            .iter()
+            .map(|corners| corners.map(|corner| mapping[corner as usize]));
         Some(corners.filter(|&[a, b, c]| a != b && b != c && c != a).count())
     }
 
