@@ -23,12 +23,16 @@ pub(crate) fn kinds_allow(surface: &Surface, kinds: &[VertexKind], edge: Edge) -
 
 /// The link condition with its boundary part (T. Dey et al., *Topology preserving edge contraction*, 1999): endpoints
 /// share no neighbour but those of the edge's own triangles, no interior edge joins two vertices of the boundary, and
-/// the last triangle stays.
+/// the last triangle stays, as does a tetrahedron.
 pub(crate) fn link_allows(connectivity: &HalfEdges, edge: Edge, around_blue: &[u32], around_red: &[u32]) -> bool {
     let shared = around_blue.iter().filter(|vertex| around_red.contains(vertex)).count();
     let triangles = if edge.is_on_boundary { 1 } else { 2 };
-    let pinches = !edge.is_on_boundary && connectivity.is_boundary(edge.blue) && connectivity.is_boundary(edge.red);
-    let is_last = edge.is_on_boundary && around_blue.len() == 2 && around_red.len() == 2;
+    let are_on_boundary = [edge.blue, edge.red].map(|vertex| connectivity.is_boundary(vertex));
+    let pinches = !edge.is_on_boundary && are_on_boundary == [true; 2];
+    let is_last = match are_on_boundary {
+        [false, false] => around_blue.len() == 3 && around_red.len() == 3,
+        _ => edge.is_on_boundary && around_blue.len() == 2 && around_red.len() == 2,
+    };
     shared == triangles && !pinches && !is_last
 }
 

@@ -15,6 +15,16 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl Mesh {
+    /// The smallest and the largest coordinates; infinite, and the wrong way round, where there are no vertices.
+    #[must_use]
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let nowhere = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let wider = |(low, high): (DVec3, DVec3), &at: &DVec3| (low.min(at), high.max(at));
+        self.positions.iter().fold(nowhere, wider)
+    }
+}
+
 /// Why a mesh is not a terrain surface.
 #[derive(Debug, Error, PartialEq)]
 pub enum MeshError {

@@ -11,11 +11,21 @@ Examples:
   terrain-ingest height.exr --crs EPSG:2056 --bounds 2600000,1190000,2610000,1200000
   terrain-ingest tin dem.tif --max-error 10 -o dem.ply
   terrain-ingest tin dem.tif --max-error 10 --quality best --bound samples -o dem.obj
+  terrain-ingest mesh bunny.obj --target-triangles 2000 -o bunny.ply
+  terrain-ingest mesh bunny.obj -o bunny.lod     all levels of detail of a polygonal model
+  terrain-ingest mesh bunny.lod --lod 3 -o bunny3.ply
   terrain-ingest verify dem.pmtiles dem.tif      measures every claim again, by brute force
   terrain-ingest info dem.pmtiles
 Serve the result with `terrain-server dem.pmtiles`.
 
 Exit codes: 0 success; 1 a verified claim does not hold, or the job could not be finished; 2 unusable input or options.";
+
+const MESH_EXAMPLES: &str = "\
+Examples:
+  terrain-ingest mesh bunny.obj -o bunny.lod                        all levels, each with half the triangles of the last
+  terrain-ingest mesh bunny.obj --target-triangles 2000 -o small.ply
+  terrain-ingest mesh horse.ply --max-error 0.001 -o horse.ply      as few triangles as that distance allows
+  terrain-ingest mesh bunny.lod --lod 0 -o whole.ply                the finest level of a file made before";
 
 /// Turns elevation rasters into progressive terrain whose every level of detail carries a certified error in metres.
 ///
@@ -40,6 +50,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Triangulate a whole raster into one mesh, in the raster's own coordinates.
     Tin(TinArgs),
+    /// Make levels of detail of a polygonal model (PLY, OBJ), each with a certified distance from it; or extract one.
+    Mesh(MeshArgs),
     /// Measure again, from the tiles or the mesh and the raster alone, every error that was claimed.
     Verify(VerifyArgs),
     /// Print what an archive says of itself.
@@ -90,6 +102,40 @@ pub(crate) struct TinArgs {
     pub(crate) quality: Quality,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// Levels of detail of a polygonal model.
+///
+/// Every level says how far it is from the model at most, in the model's units, both ways: each point of the model from the
+/// level and each point of the level from the model. A model that is an oriented 2-manifold, closed or with boundaries, is
+/// simplified by edge collapses, which keep its topology. Any other goes through vertex clustering, whose levels may pinch.
+/// Polygons become triangles; vertices at one position become one. Normals, colours and texture coordinates of vertices are
+/// carried along into .ply files, unless triangles that meet in a vertex disagree about them.
+#[derive(Args)]
+#[command(after_help = MESH_EXAMPLES)]
+pub(crate) struct MeshArgs {
+    /// A model (.ply, .obj), or levels made before (.lod) to extract one from.
+    #[arg(value_name = "IN.ply|IN.obj|IN.lod")]
+    pub(crate) input: PathBuf,
+    /// What to write: all levels (.lod, the ASCII file of progressive multilevel meshes) or one of them (.ply).
+    #[arg(short, long, value_name = "OUT.lod|OUT.ply")]
+    pub(crate) output: PathBuf,
+    /// Stop at so many triangles.
+    #[arg(long, value_name = "N", conflicts_with = "max_error", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) target_triangles: Option<u32>,
+    /// Stop at the fewest triangles that are within this distance, in units of the model. With neither, the coarsest level is
+    /// the coarsest that topology allows.
+    #[arg(long, value_name = "E", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) max_error: Option<f64>,
+    /// The level to write to a .ply file, 0 being the finest; the coarsest if not given.
+    #[arg(long, value_name = "K")]
+    pub(crate) lod: Option<usize>,
+    /// Leave every vertex where it is in the model: more triangles for the same error. Implied by a .lod file, which has one
+    /// position a vertex.
+    #[arg(long)]
+    pub(crate) keep_vertices: bool,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

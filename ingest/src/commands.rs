@@ -8,17 +8,20 @@ use std::time::Instant;
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_core::{reference, simplify};
-use terrain_ingest::{HeightGrid, Progress, ReadOptions, peak_memory, pyramid, raster, tin, verify};
+use terrain_ingest::{HeightGrid, Progress, ReadOptions, model, peak_memory, pyramid, raster, tin, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
 use crate::Failure;
-use crate::cli::{Bound, BuildArgs, Cli, Command, InfoArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs};
+use crate::cli::{
+    Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs,
+};
 
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => build(cli.build),
         Some(Command::Tin(arguments)) => triangulate(arguments),
+        Some(Command::Mesh(arguments)) => simplify_model(arguments),
         Some(Command::Verify(arguments)) => check(arguments),
         Some(Command::Info(arguments)) => info(&arguments),
     }
@@ -54,6 +57,34 @@ fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
         quality: arguments.quality.into(),
     };
     let report = tin::run(&grid, &options, &arguments.output, &progress).map_err(Failure::Other)?;
+    print_finished(report, &arguments.output, started, arguments.run.json)
+}
+
+fn simplify_model(arguments: MeshArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    check_output(&arguments.output)?;
+    if !has_extension(&arguments.output, &["lod", "ply"]) {
+        let output = arguments.output.display();
+        return Err(Failure::Input(anyhow!(
+            "{output}: levels are written as .lod, one of them as .ply"
+        )));
+    }
+    let progress = prepare(&arguments.run)?;
+    let target = match (arguments.target_triangles, arguments.max_error) {
+        (Some(count), _) => model::Target::Triangles(count as usize),
+        (None, Some(error)) => model::Target::Error(error),
+        (None, None) => model::Target::Coarsest,
+    };
+    let options = model::Options {
+        target,
+        keep_vertices: arguments.keep_vertices,
+        lod: arguments.lod,
+    };
+    let report = model::run(&arguments.input, &options, &arguments.output, &progress);
+    let report = report.map_err(|error| match error.downcast_ref::<model::ModelError>() {
+        Some(_) => Failure::Input(error),
+        None => Failure::Other(error),
+    })?;
     print_finished(report, &arguments.output, started, arguments.run.json)
 }
 

@@ -7,6 +7,8 @@ pub mod height_grid;
 mod lattice;
 mod leaf;
 mod memory;
+pub mod model;
+mod new_file;
 mod node;
 pub mod progress;
 pub mod pyramid;

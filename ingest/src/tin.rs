@@ -26,6 +26,8 @@ use terrain_core::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::triangulate::{Outline, triangulate};
 
 use crate::height_grid::HeightGrid;
+use crate::model::write_binary;
+use crate::new_file::new_file_for;
 use crate::progress::Progress;
 
 /// Plan units in a cell: vertices that are no samples lie on this finer grid.
@@ -87,7 +89,10 @@ pub fn run(grid: &HeightGrid, options: &Options, output: &Path, progress: &Progr
     let reference = reference(grid, is_flipped, &curvature, options.bound);
     progress.open_stage("triangulating");
     let surface = refined(&reference, options)?;
-    progress.open_stage(&format!("simplifying {} triangles", HumanCount(surface.triangle_count() as u64)));
+    progress.open_stage(&format!(
+        "simplifying {} triangles",
+        HumanCount(surface.triangle_count() as u64)
+    ));
     let surface = thinned(surface, options);
     progress.done();
     let error = surface.deviation().size;
@@ -235,24 +240,20 @@ fn straight_runs(steps: &BTreeSet<(usize, usize)>, is_turn: impl Fn(usize, usize
 }
 
 fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &Report) -> Result<()> {
-    let folder = output
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let mut file = new_file_in(folder)?;
+    let mut file = new_file_for(output)?;
     let mut writer = BufWriter::new(file.as_file_mut());
     let note = format!(
         "terrain-ingest certified error {} bound {}",
         report.certified_error, report.bound
     );
-    let vertices = mesh.positions.iter().map(|&position| in_crs(position));
+    let positions: Vec<DVec3> = mesh.positions.iter().map(|&position| in_crs(position)).collect();
     if output
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
     {
-        write_obj(&mut writer, vertices, &mesh.triangles, &note)?;
+        write_obj(&mut writer, &positions, &mesh.triangles, &note)?;
     } else {
-        write_ply(&mut writer, vertices, &mesh.triangles, &note)?;
+        write_binary(&mut writer, &positions, &[], &mesh.triangles, Some(&note))?;
     }
     writer.flush()?;
     drop(writer);
@@ -260,59 +261,14 @@ fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &R
     Ok(())
 }
 
-/// A temporary file with the permissions that any new file gets.
-fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
 /// Wavefront OBJ; numbers are written so that they read back as the same doubles.
-fn write_obj(
-    out: &mut impl Write,
-    vertices: impl Iterator<Item = DVec3>,
-    triangles: &[[u32; 3]],
-    note: &str,
-) -> io::Result<()> {
+fn write_obj(out: &mut impl Write, positions: &[DVec3], triangles: &[[u32; 3]], note: &str) -> io::Result<()> {
     writeln!(out, "# {note}")?;
-    for DVec3 { x, y, z } in vertices {
+    for DVec3 { x, y, z } in positions {
         writeln!(out, "v {x} {y} {z}")?;
     }
     for [a, b, c] in triangles {
         writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
-    }
-    Ok(())
-}
-
-/// Binary PLY with double coordinates.
-fn write_ply(
-    out: &mut impl Write,
-    vertices: impl ExactSizeIterator<Item = DVec3>,
-    triangles: &[[u32; 3]],
-    note: &str,
-) -> io::Result<()> {
-    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment {note}")?;
-    writeln!(
-        out,
-        "element vertex {}\nproperty double x\nproperty double y\nproperty double z",
-        vertices.len()
-    )?;
-    writeln!(
-        out,
-        "element face {}\nproperty list uchar uint vertex_indices\nend_header",
-        triangles.len()
-    )?;
-    for position in vertices {
-        for coordinate in position.to_array() {
-            out.write_all(&coordinate.to_le_bytes())?;
-        }
-    }
-    for corners in triangles {
-        out.write_all(&[3])?;
-        for corner in corners {
-            out.write_all(&corner.to_le_bytes())?;
-        }
     }
     Ok(())
 }

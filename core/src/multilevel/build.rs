@@ -1,9 +1,10 @@
 //! Multilevel meshes of arrays that are there as a whole, those of a Surface Partition among them.
 
+use glam::DVec3;
 use thiserror::Error;
 
 use super::{LevelBatch, LevelEnd, LevelError, Limits, MultilevelMesh};
-use crate::partition::{self, PartitionError, SurfacePartition};
+use crate::partition::{self, Level, PartitionError, SurfacePartition};
 
 /// Why a Surface Partition cannot be a multilevel mesh.
 #[derive(Debug, Error, PartialEq)]
@@ -34,6 +35,37 @@ impl MultilevelMesh {
         });
         let (triangles, representatives) = (&partition.triangles, &partition.representatives);
         Ok(Self::from_arrays(&positions, triangles, representatives, ends)?)
+    }
+
+    /// The levels as a Surface Partition whose vertices do not move. Its errors are infinite, which is to say not known. A
+    /// vertex without a representative is one that no coarser level draws anything at; it gets vertex 0.
+    ///
+    /// # Errors
+    /// When the mesh has no level, its coarsest one has no vertex, or vertices are missing.
+    pub fn to_partition(&self) -> Result<SurfacePartition, PartitionError> {
+        let red = self.ends.first().map_or(0, |end| end.vertices);
+        let representative = |vertex: u32| match self.representative(vertex) {
+            _ if vertex < red => vertex,
+            Some(representative) => representative,
+            None => 0,
+        };
+        let positions: Vec<DVec3> = self.positions.iter().copied().map(DVec3::from_array).collect();
+        let representatives: Vec<u32> = (0..).take(positions.len()).map(representative).collect();
+        let at = |&vertex: &u32| positions[vertex as usize];
+        let level = |end: &LevelEnd| Level {
+            vertex_end: end.vertices,
+            triangle_end: end.triangles,
+            error: f64::INFINITY,
+        };
+        let partition = SurfacePartition {
+            blue_positions: representatives.iter().map(at).collect(),
+            positions,
+            representatives,
+            triangles: self.triangles.clone(),
+            levels: self.ends.iter().map(level).collect(),
+        };
+        partition::validate(&partition)?;
+        Ok(partition)
     }
 }
 

@@ -1,0 +1,80 @@
+use super::*;
+use crate::model::tests::{bumpy_sphere, plate, sampled_distance};
+
+fn at(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+fn bound(from: &Mesh, to: &Mesh, enough: f64) -> f64 {
+    let tree = SurfaceTree::new(to);
+    let triangles = from.triangles.iter();
+    let corners = triangles.map(|corners| corners.map(|corner| from.positions[corner as usize]));
+    corners.map(|corners| tree.bound(corners, enough)).fold(0.0, f64::max)
+}
+
+/// A square of side 4 and its middle at a height.
+fn tent(height: f64) -> Mesh {
+    Mesh {
+        positions: vec![
+            at(0.0, 0.0, 0.0),
+            at(4.0, 0.0, 0.0),
+            at(4.0, 4.0, 0.0),
+            at(0.0, 4.0, 0.0),
+            at(2.0, 2.0, height),
+        ],
+        triangles: vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+    }
+}
+
+#[test]
+fn the_farthest_point_may_be_anywhere_in_a_triangle() {
+    let floor = Mesh {
+        positions: tent(0.0).positions,
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    };
+    let up = bound(&tent(1.5), &floor, 0.0);
+    assert!((1.5..1.5 * 1.01).contains(&up), "{up}");
+    // The middle of the floor is next to the slopes of the tent, not to its top: 1.5 × cos 36.87°.
+    let down = bound(&floor, &tent(1.5), 0.0);
+    assert!((1.2..1.2 * 1.01).contains(&down), "{down}");
+}
+
+#[test]
+fn a_surface_cut_otherwise_is_the_same_surface() {
+    let (fine, coarse) = (plate(12), plate(5));
+    assert!(bound(&fine, &coarse, 0.0) <= 1e-6);
+    assert!(bound(&coarse, &fine, 0.0) <= 1e-6);
+}
+
+#[test]
+fn bounds_are_above_what_dense_sampling_finds_and_hardly_above() {
+    let (one, other) = (bumpy_sphere(3, 0.1, 1), bumpy_sphere(2, 0.1, 2));
+    for (from, to) in [(&one, &other), (&other, &one)] {
+        let (bound, sampled) = (bound(from, to, 0.0), sampled_distance(from, to, 24));
+        assert!(bound >= sampled && bound < sampled * 1.03, "{bound} {sampled}");
+    }
+}
+
+#[test]
+fn a_bound_that_is_enough_is_not_made_better_and_none_above_it_is_given_up() {
+    let floor = bound(&tent(0.5), &tent(0.0), 0.75);
+    assert!((0.5..=0.75).contains(&floor), "{floor}");
+    let tree = SurfaceTree::new(&tent(0.0));
+    let triangle = [at(0.0, 0.0, 0.0), at(4.0, 0.0, 0.0), at(2.0, 2.0, 0.5)];
+    assert_eq!(tree.holds(triangle, 0.51), Ok(()));
+    assert!(tree.holds(triangle, 0.49).is_err_and(|distance| distance > 0.49));
+}
+
+#[test]
+fn nothing_is_infinitely_far_and_triangles_without_area_are_lines() {
+    let empty = SurfaceTree::new(&Mesh::default());
+    assert_eq!(empty.distance(DVec3::ZERO), f64::INFINITY);
+    assert_eq!(empty.bound([DVec3::ZERO; 3], 1.0), f64::INFINITY);
+    let line = Mesh {
+        positions: vec![at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(4.0, 0.0, 0.0)],
+        triangles: vec![[0, 1, 2]],
+    };
+    let off = bound(&tent(0.0), &line, 0.0);
+    assert!((4.0..4.04).contains(&off), "{off}");
+    assert!(bound(&line, &tent(0.0), 0.0) <= 1e-6);
+}

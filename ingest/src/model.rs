@@ -1,0 +1,286 @@
+//! Polygonal models: surfaces in space of any topology, read from PLY and OBJ files, made into levels of detail of certified
+//! error, and written as one level or as all of them.
+//!
+//! ```text
+//! .ply, .obj ──read, weld──▶ Model ──collapse, or cluster──▶ LeveledModel ──▶ .lod, .spm all levels
+//!                                                 .lod, .spm ──────▲       └─▶ .ply one level
+//! ```
+//!
+//! An oriented 2-manifold is simplified by edge collapses (`terrain_core::model`). What is none goes through vertex
+//! clustering (`terrain_core::clustering`), whose levels can be drawn but may pinch or lose small parts.
+//!
+//! **What is certified, for either:** every point of the model is within a level's error of the level's surface, and every
+//! point of the level's surface is within it of the model, in the model's units (the Hausdorff distance). It is measured on the
+//! levels as they are written, by `terrain_core::hausdorff`, after all else is done.
+
+mod certify;
+mod levels;
+mod lod_file;
+mod obj;
+mod ply;
+mod polygons;
+mod simplified;
+
+use std::fmt;
+use std::io;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+use terrain_core::Mesh;
+use terrain_core::multilevel::{self, Limits};
+use thiserror::Error;
+
+use self::levels::LeveledModel;
+pub(crate) use self::ply::write_binary;
+pub use self::simplified::Target;
+use self::simplified::Way;
+use crate::progress::Progress;
+
+/// Numbers that vertices have besides their position, such as one component of a normal or a colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// As PLY files call it: `nx`, `red`, `s`.
+    pub name: String,
+    /// What a file keeps it as.
+    pub storage: Storage,
+    /// One number a vertex.
+    pub values: Vec<f64>,
+}
+
+/// How a file keeps a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// A whole number from 0 to 255.
+    Byte,
+    /// Single precision.
+    Float,
+    /// Double precision.
+    Double,
+}
+
+/// A model as a file has it, welded: no two vertices at one position, each used by a triangle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    /// Its surface.
+    pub mesh: Mesh,
+    /// What its vertices have besides positions.
+    pub columns: Vec<Column>,
+    /// Names of columns that were left out, because triangles that meet in a vertex have different values there.
+    pub seams: Vec<String>,
+}
+
+/// Why a file is no model.
+#[derive(Debug, Error)]
+pub enum ModelError {
+    /// Its name tells no format.
+    #[error("models are read from .ply, .obj and .lod files")]
+    Unknown,
+    /// The system says no.
+    #[error("cannot be read: {0}")]
+    Unreadable(#[from] io::Error),
+    /// The bytes are not of the format.
+    #[error("not a readable {format} file: {reason}")]
+    Malformed {
+        /// Name of the format.
+        format: &'static str,
+        /// What its reader says.
+        reason: String,
+    },
+    /// The bytes of a multilevel file are not of its format.
+    #[error("not a readable multilevel file: {0}")]
+    MalformedLevels(#[from] multilevel::ReadError),
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {0} has a coordinate that is no finite number")]
+    NotFinite(usize),
+    /// A face uses a vertex that is not there.
+    #[error("face {face} uses vertex {vertex}, but there are {count} (counted from 0)")]
+    BadIndex {
+        /// Number of the face.
+        face: usize,
+        /// What it uses.
+        vertex: u64,
+        /// Vertices there are.
+        count: usize,
+    },
+    /// No face has three different positions.
+    #[error("has no triangles")]
+    NoTriangles,
+    /// More than the limits allow.
+    #[error("more than {0} {1}")]
+    TooLarge(u32, &'static str),
+    /// The coarsest level of a multilevel file has nothing to draw.
+    #[error("its coarsest level is empty")]
+    EmptyLevel,
+    /// It has fewer levels.
+    #[error("there is no level {level}: levels go from 0, the finest, to {last}")]
+    NoSuchLevel {
+        /// The level asked for.
+        level: usize,
+        /// The coarsest that there is.
+        last: usize,
+    },
+    /// A multilevel file has one position a vertex.
+    #[error("its levels move vertices, which a .lod file cannot say; make them with --keep-vertices")]
+    MovesVertices,
+}
+
+/// What to make of a model.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// When to stop simplifying.
+    pub target: Target,
+    /// Whether every vertex keeps its position, as it must in a `.lod` file.
+    pub keep_vertices: bool,
+    /// The level to extract, 0 being the finest; the coarsest if none is given.
+    pub lod: Option<usize>,
+}
+
+/// One level of what was made.
+#[derive(Clone, Debug, Serialize)]
+pub struct LevelReport {
+    /// 0 is the finest.
+    pub level: usize,
+    /// Its vertices.
+    pub vertices: usize,
+    /// Its triangles.
+    pub triangles: usize,
+    /// Largest distance from the model, both ways, in the model's units; none for levels read from a file without errors.
+    pub certified_error: Option<f64>,
+}
+
+/// What was made.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// `collapses`, `clustering`, or `file` where the levels were read.
+    pub method: &'static str,
+    /// Why it is not `collapses`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The level that was extracted, if one was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extracted: Option<usize>,
+    /// All levels, the finest first.
+    pub levels: Vec<LevelReport>,
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.reason {
+            Some(reason) => writeln!(f, "levels by {}: {reason}", self.method)?,
+            None => writeln!(f, "levels by {}", self.method)?,
+        }
+        write!(f, "level  vertices  triangles  certified error")?;
+        for level in &self.levels {
+            let error = level
+                .certified_error
+                .map_or("not known".to_owned(), |error| format!("{error:.6e}"));
+            write!(
+                f,
+                "\n{:>5} {:>9} {:>10}  {error:>15}",
+                level.level, level.vertices, level.triangles
+            )?;
+            if self.extracted == Some(level.level) {
+                write!(f, "  ◀ written")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads a model or its levels from `input`, makes levels where there are none, and writes `output`, all at once or not at
+/// all: every level where that is a `.lod` file, one of them where it is a `.ply` file.
+///
+/// # Errors
+/// A [`ModelError`] inside where the input is at fault; otherwise where the target cannot be reached, the output's format cannot
+/// hold the levels, or the file cannot be written.
+pub fn run(input: &Path, options: &Options, output: &Path, progress: &Progress) -> Result<Report> {
+    let extension = extension(output);
+    let keeps_vertices = options.keep_vertices || extension == "lod";
+    let (leveled, way) = leveled(input, options.target, keeps_vertices, progress)?;
+    let mut report = report(&leveled, way);
+    progress.stage(&format!("writing {}", output.display()), 1);
+    if extension == "ply" {
+        let last = leveled.level_count() - 1;
+        let level = options.lod.unwrap_or(last);
+        let (mesh, columns) = leveled
+            .level(level)
+            .ok_or(ModelError::NoSuchLevel { level, last })
+            .with_context(|| input.display().to_string())?;
+        report.extracted = Some(level);
+        let error = report.levels[level].certified_error;
+        ply::write(output, &mesh, &columns, error).with_context(|| output.display().to_string())?;
+    } else {
+        lod_file::write(output, &leveled).with_context(|| output.display().to_string())?;
+    }
+    progress.advance(1);
+    progress.done();
+    Ok(report)
+}
+
+fn leveled(
+    input: &Path,
+    target: Target,
+    keeps_vertices: bool,
+    progress: &Progress,
+) -> Result<(LeveledModel, Option<Way>)> {
+    let named = || input.display().to_string();
+    progress.stage("reading", 1);
+    if extension(input) == "lod" {
+        return Ok((lod_file::read(input, Limits::default()).with_context(named)?, None));
+    }
+    let model = read(input, Limits::default()).with_context(named)?;
+    progress.advance(1);
+    for seam in &model.seams {
+        progress.note(&format!(
+            "`{seam}` is left out: it differs between triangles that share a vertex"
+        ));
+    }
+    let (leveled, way) = simplified::leveled(&model, target, keeps_vertices, progress)?;
+    Ok((leveled, Some(way)))
+}
+
+/// Reads a `.ply` or an `.obj` file, by its name. Polygons become fans of triangles, positions that are one become one
+/// vertex, and what has no area left in that, or is not used, is dropped.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn read(path: &Path, limits: Limits) -> Result<Model, ModelError> {
+    let polygons = match extension(path).as_str() {
+        "ply" => ply::read(path, limits)?,
+        "obj" => obj::read(path, limits)?,
+        _ => return Err(ModelError::Unknown),
+    };
+    polygons.welded()
+}
+
+/// A file's extension in lower case; empty where it has none.
+fn extension(path: &Path) -> String {
+    let extension = path.extension().unwrap_or_default();
+    extension.to_string_lossy().to_lowercase()
+}
+
+fn report(leveled: &LeveledModel, way: Option<Way>) -> Report {
+    let (method, reason) = match way {
+        None => ("file", None),
+        Some(Way::Collapses) => ("collapses", None),
+        Some(Way::Clustering(fault)) => ("clustering", Some(format!("the model is not a manifold: {fault}"))),
+    };
+    let levels = leveled.partition.levels.iter().rev().enumerate();
+    let level = |(level, extent): (usize, &terrain_core::partition::Level)| LevelReport {
+        level,
+        vertices: extent.vertex_end as usize,
+        triangles: extent.triangle_end as usize,
+        certified_error: extent.error.is_finite().then_some(extent.error),
+    };
+    Report {
+        method,
+        reason,
+        extracted: None,
+        levels: levels.map(level).collect(),
+    }
+}
+
+#[cfg(test)]
+#[path = "model_tests.rs"]
+mod tests;

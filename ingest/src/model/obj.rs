@@ -1,0 +1,84 @@
+//! Wavefront OBJ, read by the `tobj` crate.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use glam::DVec3;
+use terrain_core::multilevel::Limits;
+
+use super::polygons::Polygons;
+use super::{Column, ModelError, Storage};
+
+/// Colours are shares of one in this format and bytes everywhere else.
+const LARGEST_BYTE: f64 = 255.0;
+
+/// Reads all objects and groups of a file as one set of polygons. Its materials are not looked for.
+pub(super) fn read(path: &Path, limits: Limits) -> Result<Polygons, ModelError> {
+    let mut file = BufReader::new(File::open(path)?);
+    let options = tobj::LoadOptions {
+        single_index: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
+    let malformed = |error: tobj::LoadError| ModelError::Malformed {
+        format: "OBJ",
+        reason: error.to_string(),
+    };
+    let no_materials = |_: &Path| Ok(Default::default());
+    let (objects, _) = tobj::load_obj_buf(&mut file, &options, no_materials).map_err(malformed)?;
+    let meshes: Vec<tobj::Mesh> = objects.into_iter().map(|object| object.mesh).collect();
+    let mut polygons = Polygons {
+        columns: columns(&meshes),
+        ..Polygons::default()
+    };
+    meshes.iter().try_for_each(|mesh| add(mesh, &mut polygons, limits))?;
+    Ok(polygons)
+}
+
+fn add(mesh: &tobj::Mesh, polygons: &mut Polygons, limits: Limits) -> Result<(), ModelError> {
+    let first = polygons.positions.len() as u64;
+    polygons
+        .positions
+        .extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
+    if polygons.positions.len() > limits.vertices as usize {
+        return Err(ModelError::TooLarge(limits.vertices, "vertices"));
+    }
+    let mut corners = mesh.indices.iter().map(|&corner| first + u64::from(corner));
+    // No arities: all faces are triangles.
+    let arities = match mesh.face_arities.as_slice() {
+        [] => vec![3; mesh.indices.len() / 3],
+        arities => arities.to_vec(),
+    };
+    for arity in arities {
+        let face: Vec<u64> = corners.by_ref().take(arity as usize).collect();
+        polygons.add_face(&face, limits)?;
+    }
+    Ok(())
+}
+
+/// Normals, texture coordinates and colours, each where every vertex has it.
+fn columns(meshes: &[tobj::Mesh]) -> Vec<Column> {
+    let normals = |mesh: &'_ tobj::Mesh| mesh.normals.clone();
+    let texture = |mesh: &'_ tobj::Mesh| mesh.texcoords.clone();
+    let colours = |mesh: &'_ tobj::Mesh| mesh.vertex_color.iter().map(|share| share * LARGEST_BYTE).collect();
+    let kinds: [(&[&str], Storage, &dyn Fn(&tobj::Mesh) -> Vec<f64>); 3] = [
+        (&["nx", "ny", "nz"], Storage::Float, &normals),
+        (&["s", "t"], Storage::Float, &texture),
+        (&["red", "green", "blue"], Storage::Byte, &colours),
+    ];
+    let vertices: usize = meshes.iter().map(|mesh| mesh.positions.len() / 3).sum();
+    let mut columns = Vec::new();
+    for (names, storage, numbers_of) in kinds {
+        let numbers: Vec<f64> = meshes.iter().flat_map(numbers_of).collect();
+        if vertices > 0 && numbers.len() == vertices * names.len() {
+            columns.extend(names.iter().enumerate().map(|(place, name)| Column {
+                name: (*name).to_owned(),
+                storage,
+                values: numbers.iter().skip(place).step_by(names.len()).copied().collect(),
+            }));
+        }
+    }
+    columns
+}

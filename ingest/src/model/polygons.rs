@@ -1,0 +1,111 @@
+//! What a model file holds, whatever its format, and how that becomes a mesh.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use terrain_core::Mesh;
+use terrain_core::multilevel::Limits;
+
+use super::{Column, Model, ModelError};
+
+/// Vertices and triangles as a file has them: positions may be there several times.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Polygons {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) columns: Vec<Column>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) faces: usize,
+}
+
+impl Polygons {
+    /// Adds a polygon as a fan around its first corner. One of fewer than three corners is none.
+    ///
+    /// # Errors
+    /// A corner that is no vertex, or too many triangles.
+    pub(super) fn add_face(&mut self, corners: &[u64], limits: Limits) -> Result<(), ModelError> {
+        let count = self.positions.len();
+        if let Some(&vertex) = corners.iter().find(|&&corner| corner >= count as u64) {
+            let face = self.faces;
+            return Err(ModelError::BadIndex { face, vertex, count });
+        }
+        self.faces += 1;
+        let fan = corners.get(1..).unwrap_or_default().windows(2);
+        self.triangles
+            .extend(fan.map(|pair| [corners[0], pair[0], pair[1]].map(|corner| corner as u32)));
+        if self.triangles.len() > limits.triangles as usize {
+            return Err(ModelError::TooLarge(limits.triangles, "triangles"));
+        }
+        Ok(())
+    }
+
+    /// One vertex for each position that a triangle uses, in the order of the file. Triangles that lose a corner are dropped;
+    /// so are columns whose values at one position differ.
+    pub(super) fn welded(self) -> Result<Model, ModelError> {
+        if let Some(vertex) = self.positions.iter().position(|position| !position.is_finite()) {
+            return Err(ModelError::NotFinite(vertex));
+        }
+        let first = self.first_at_each_position();
+        let corners = self
+            .triangles
+            .iter()
+            .map(|corners| corners.map(|corner| first[corner as usize]));
+        let proper: Vec<[u32; 3]> = corners.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+        if proper.is_empty() {
+            return Err(ModelError::NoTriangles);
+        }
+        let (kept, numbers) = numbered(&proper, self.positions.len());
+        let (columns, seamed): (Vec<Column>, Vec<Column>) = self
+            .columns
+            .into_iter()
+            .partition(|column| agrees(column, &first, &self.triangles));
+        let gather = |column: Column| Column {
+            values: kept.iter().map(|&vertex| column.values[vertex as usize]).collect(),
+            ..column
+        };
+        Ok(Model {
+            mesh: Mesh {
+                positions: kept.iter().map(|&vertex| self.positions[vertex as usize]).collect(),
+                triangles: proper
+                    .iter()
+                    .map(|corners| corners.map(|corner| numbers[corner as usize]))
+                    .collect(),
+            },
+            columns: columns.into_iter().map(gather).collect(),
+            seams: seamed.into_iter().map(|column| column.name).collect(),
+        })
+    }
+
+    /// For each vertex the first one with its position.
+    fn first_at_each_position(&self) -> Vec<u32> {
+        let mut first = HashMap::with_capacity(self.positions.len());
+        // Adding zero makes −0 and 0 the same bits.
+        let key = |position: &DVec3| position.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
+        let vertices = (0_u32..).zip(&self.positions);
+        vertices
+            .map(|(vertex, position)| *first.entry(key(position)).or_insert(vertex))
+            .collect()
+    }
+}
+
+/// The vertices that triangles use, growing, and each one's place among them.
+fn numbered(triangles: &[[u32; 3]], vertex_count: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut is_used = vec![false; vertex_count];
+    triangles
+        .as_flattened()
+        .iter()
+        .for_each(|&corner| is_used[corner as usize] = true);
+    let kept: Vec<u32> = (0..vertex_count as u32)
+        .filter(|&vertex| is_used[vertex as usize])
+        .collect();
+    let mut numbers = vec![0; vertex_count];
+    for (number, &vertex) in (0..).zip(&kept) {
+        numbers[vertex as usize] = number;
+    }
+    (kept, numbers)
+}
+
+/// Whether every corner has the column's value of the vertex that it becomes.
+fn agrees(column: &Column, first: &[u32], triangles: &[[u32; 3]]) -> bool {
+    let mut corners = triangles.as_flattened().iter().map(|&corner| corner as usize);
+    corners.all(|corner| column.values[corner].to_bits() == column.values[first[corner] as usize].to_bits())
+}
