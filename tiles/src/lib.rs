@@ -12,3 +12,4 @@ pub mod model;
 pub mod progressive;
 pub mod quantized_mesh;
 pub mod tile;
+pub mod x3d;

@@ -193,6 +193,7 @@ impl<const DIMENSION: usize> LevelReader<DIMENSION> {
         check_before(representative, vertex)?;
         self.batch.representatives.push((vertex, representative));
         self.given.insert(vertex);
+        self.unrepresented.retain(|&other| other != vertex);
         if self.is_unrepresented(representative) {
             self.unrepresented.push(representative);
         }

@@ -44,6 +44,14 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
+fn a_corner_that_stands_for_another_one_is_given_its_representative_once() {
+    let text = "{0 0 4 0}{5 4 1 4 0}{0 4}{0 1 2}{4 4 2 2 3 2}{0 2 5}";
+    let mesh = read(text).unwrap();
+    assert_eq!(mesh.representatives().collect::<Vec<_>>(), [(4, 0), (5, 4)]);
+    assert_eq!(read(&to_ascii(&mesh)), Ok(mesh));
+}
+
+#[test]
 fn commas_line_ends_and_comments_only_separate() {
     let loose = "{0 0\t4,0,,4 4#} ignored {\r\n0,4,}{1 2 5 4 0 2 3 4}{2 2}{0 1 4 3 0 4}{3,2}{4 1 5 2 4 5}";
     assert_eq!(read(loose), Ok(square()));
