@@ -14,6 +14,7 @@ Examples:
   terrain-ingest mesh bunny.obj --target-triangles 2000 -o bunny.ply
   terrain-ingest mesh bunny.obj -o bunny.lod     all levels of detail of a polygonal model
   terrain-ingest mesh bunny.lod --lod 3 -o bunny3.ply
+  terrain-ingest mesh bunny.obj -o bunny.x3d     a world for X3D browsers that refines while it loads
   terrain-ingest verify dem.pmtiles dem.tif      measures every claim again, by brute force
   terrain-ingest info dem.pmtiles
 Serve the result with `terrain-server dem.pmtiles`.
@@ -119,8 +120,9 @@ pub(crate) struct MeshArgs {
     /// A model (.ply, .obj), or levels made before (.lod) to extract one from.
     #[arg(value_name = "IN.ply|IN.obj|IN.lod")]
     pub(crate) input: PathBuf,
-    /// What to write: all levels (.lod, the ASCII file of progressive multilevel meshes) or one of them (.ply).
-    #[arg(short, long, value_name = "OUT.lod|OUT.ply")]
+    /// What to write: all levels (.lod, the ASCII file of progressive multilevel meshes), the same with a world beside it that
+    /// streams it in X3D browsers (.x3d, .wrl; z is up), or one level (.ply).
+    #[arg(short, long, value_name = "OUT.lod|OUT.x3d|OUT.wrl|OUT.ply")]
     pub(crate) output: PathBuf,
     /// Stop at so many triangles.
     #[arg(long, value_name = "N", conflicts_with = "max_error", value_parser = clap::value_parser!(u32).range(1..))]

@@ -63,10 +63,10 @@ fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
 fn simplify_model(arguments: MeshArgs) -> Result<(), Failure> {
     let started = Instant::now();
     check_output(&arguments.output)?;
-    if !has_extension(&arguments.output, &["lod", "ply"]) {
+    if !has_extension(&arguments.output, &["lod", "x3d", "wrl", "ply"]) {
         let output = arguments.output.display();
         return Err(Failure::Input(anyhow!(
-            "{output}: levels are written as .lod, one of them as .ply"
+            "{output}: levels are written as .lod, .x3d or .wrl, one of them as .ply"
         )));
     }
     let progress = prepare(&arguments.run)?;

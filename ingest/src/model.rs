@@ -20,6 +20,7 @@ mod obj;
 mod ply;
 mod polygons;
 mod simplified;
+mod world_file;
 
 use std::fmt;
 use std::io;
@@ -29,6 +30,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 use terrain_core::Mesh;
 use terrain_core::multilevel::{self, Limits};
+use terrain_tiles::x3d::{Encoding, WorldError};
 use thiserror::Error;
 
 use self::levels::LeveledModel;
@@ -123,6 +125,9 @@ pub enum ModelError {
     /// A multilevel file has one position a vertex.
     #[error("its levels move vertices, which a .lod file cannot say; make them with --keep-vertices")]
     MovesVertices,
+    /// A world for X3D browsers cannot hold it.
+    #[error(transparent)]
+    World(#[from] WorldError),
 }
 
 /// What to make of a model.
@@ -189,14 +194,15 @@ impl fmt::Display for Report {
 }
 
 /// Reads a model or its levels from `input`, makes levels where there are none, and writes `output`, all at once or not at
-/// all: every level where that is a `.lod` file, one of them where it is a `.ply` file.
+/// all: every level where that is a `.lod` file; the same and a world that streams it where it is an `.x3d` or `.wrl` file;
+/// one of them where it is a `.ply` file.
 ///
 /// # Errors
 /// A [`ModelError`] inside where the input is at fault; otherwise where the target cannot be reached, the output's format cannot
 /// hold the levels, or the file cannot be written.
 pub fn run(input: &Path, options: &Options, output: &Path, progress: &Progress) -> Result<Report> {
     let extension = extension(output);
-    let keeps_vertices = options.keep_vertices || extension == "lod";
+    let keeps_vertices = options.keep_vertices || extension != "ply";
     let (leveled, way) = leveled(input, options.target, keeps_vertices, progress)?;
     let mut report = report(&leveled, way);
     progress.stage(&format!("writing {}", output.display()), 1);
@@ -210,6 +216,8 @@ pub fn run(input: &Path, options: &Options, output: &Path, progress: &Progress) 
         report.extracted = Some(level);
         let error = report.levels[level].certified_error;
         ply::write(output, &mesh, &columns, error).with_context(|| output.display().to_string())?;
+    } else if let Some(encoding) = Encoding::of_file(output) {
+        world_file::write(output, encoding, &leveled, input).with_context(|| output.display().to_string())?;
     } else {
         lod_file::write(output, &leveled).with_context(|| output.display().to_string())?;
     }

@@ -189,3 +189,74 @@ fn one_mesh_keeps_its_error() {
     }
     assert_eq!(names(folder.path()), ["out.obj", "out.ply"]);
 }
+
+/// Level 1 is one triangle, level 0 two.
+const MODEL: &str = "#a comment\n{0 0 0 4 0 0 0 4 0}{0 3 2 1}{4 4 1}{0 1 3}";
+
+#[test]
+fn a_multilevel_mesh_becomes_a_world_with_its_data_beside_it() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path();
+    fs::write(path.join("model.lod"), MODEL).unwrap();
+    let made = run(path, &["mesh", "model.lod", "-o", "a world.x3d", "--json"]);
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    let report: Value = serde_json::from_slice(&made.stdout).unwrap();
+    let triangles = [0, 1].map(|level: usize| &report["levels"][level]["triangles"]);
+    assert_eq!(triangles, [2, 1]);
+    assert_eq!(names(path), ["a world.lod", "a world.x3d", "model.lod"]);
+    let world = fs::read_to_string(path.join("a world.x3d")).unwrap();
+    assert!(world.contains("name=\"urlData\" value=\"a%20world.lod\""));
+    let again = run(path, &["mesh", "a world.lod", "-o", "b.wrl"]);
+    assert!(again.status.success(), "{}", text(&again.stderr));
+    let written = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+    assert_eq!(written("a world.lod"), written("b.lod"));
+}
+
+#[test]
+fn a_mesh_that_lies_beside_its_world_already_stays_as_it_is() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path();
+    fs::write(path.join("model.lod"), MODEL).unwrap();
+    let made = run(path, &["mesh", "model.lod", "-o", "model.wrl"]);
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    assert_eq!(fs::read_to_string(path.join("model.lod")).unwrap(), MODEL);
+    let world = fs::read_to_string(path.join("model.wrl")).unwrap();
+    assert!(world.starts_with("#VRML V2.0 utf8\n") && world.contains("urlData \"model.lod\""));
+}
+
+#[test]
+fn what_cannot_be_a_world_is_one_line_and_exit_code_2_and_leaves_nothing() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path();
+    fs::write(path.join("model.lod"), MODEL).unwrap();
+    fs::write(path.join("junk.lod"), "{0 0 0\n1 0 zero}").unwrap();
+    fs::write(path.join("huge.lod"), "{0 0 1e300 1 0 0 0 1 0}{0 1 2}").unwrap();
+    let before = names(path);
+    let cases = [
+        ("absent.lod", "out.x3d", "absent.lod: cannot be read: No such file"),
+        (
+            "junk.lod",
+            "out.x3d",
+            "junk.lod: not a readable multilevel file: line 2, column 5: expected",
+        ),
+        (
+            "huge.lod",
+            "out.x3d",
+            "out.x3d: a coordinate of 1e300 is more than X3D can hold",
+        ),
+        ("model.lod", "out.html", "out.html: levels are written as .lod, .x3d or .wrl, one of them as .ply"),
+        (
+            "model.lod",
+            "absent/out.wrl",
+            "absent/out.wrl: its folder does not exist",
+        ),
+    ];
+    for (model, output, message) in cases {
+        let refused = run(path, &["mesh", model, "-o", output, "--quiet"]);
+        let error = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{error}");
+        assert!(error.starts_with("error: ") && error.contains(message), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert_eq!(names(path), before);
+    }
+}

@@ -50,7 +50,7 @@ test("every level and geomorph is what the library draws, in pieces of any size"
 test("what the library refuses is refused in a line", async () => {
   const vectors = await vectorsOf("malformed");
   const texts = vectors.flatMap(({ texts }) => texts);
-  assert.ok(texts.length >= 19, `only ${texts.length} texts`);
+  assert.ok(texts.length >= 18, `only ${texts.length} texts`);
   for (const text of texts) {
     const { errors } = await loaded(text);
     assert.equal(errors.length, 1, JSON.stringify(text));
@@ -126,6 +126,11 @@ test("the file is looked for beside the world, and what a server refuses is told
   await run.settle();
   assert.deepEqual(run.requests, ["http://host/folder/model.lod"]);
   assert.deepEqual(run.errors, ["model.lod: the server answers 404"]);
+});
+
+test("every level is told where debug is set", async () => {
+  const run = await loaded(LEVELS.join(""), 9, { debug: true });
+  assert.deepEqual(run.printed, [1, 2, 3].map((count) => `model.lod: ${count} levels, ${count} triangles`));
 });
 
 test("a world that is left ends its download without a word", async () => {

@@ -12,7 +12,7 @@ import { after, before, describe, test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { promisify } from "node:util";
 import { chromium } from "playwright-core";
-import { hillsAsObj } from "./hills.mjs";
+import { hills } from "./hills.mjs";
 import { serve } from "./slow_server.mjs";
 
 const HERE = fileURLToPath(new URL(".", import.meta.url));
@@ -40,17 +40,16 @@ after(async () => {
   if (folder !== undefined) await rm(folder, { recursive: true });
 });
 
-/** Makes the world of the hills; returns its mesh as text, and what the library says of that. */
+/** Makes the world of the hills; returns its mesh as text, and what the library draws of that. */
 async function makeWorld(name) {
-  const [obj, lod, question, answer] = ["hills.obj", "world.lod", "question.json", "answer.json"].map((file) => join(folder, file));
-  await writeFile(obj, hillsAsObj());
-  await run(join(PROGRAMS, "terrain-ingest"), ["mesh", obj, "-o", join(folder, name)]);
-  const text = await readFile(lod, "utf8");
+  const [question, answer, model] = ["question.json", "answer.json", "model.lod"].map((file) => join(folder, file));
   const geomorphs = GEOMORPHS.map((level) => ({ level }));
-  await writeFile(question, JSON.stringify({ kind: "multilevel", text, expected: { geomorphs } }));
+  await writeFile(question, JSON.stringify({ ...hills(), expected: { geomorphs } }));
   await run(join(PROGRAMS, "terrain-vectors"), [question, "-o", answer]);
   const { expected } = JSON.parse(await readFile(answer, "utf8"));
-  return { text, expected };
+  await writeFile(model, expected.text);
+  await run(join(PROGRAMS, "terrain-ingest"), ["mesh", model, "-o", join(folder, name)]);
+  return { text: await readFile(join(folder, "world.lod"), "utf8"), expected };
 }
 
 /** Where the levels of a text end, coarsest first: at every other closing brace. */

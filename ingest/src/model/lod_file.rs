@@ -36,12 +36,17 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<LeveledModel, ModelErr
 
 /// Writes all levels, all at once or not at all, after comments with their errors.
 pub(super) fn write(output: &Path, leveled: &LeveledModel) -> Result<()> {
-    ensure!(leveled.keeps_vertices(), ModelError::MovesVertices);
-    let text = errors(leveled) + &to_ascii(&MultilevelMesh::from_partition(&leveled.partition)?);
+    let text = errors(leveled) + &to_ascii(&multilevel(leveled)?);
     let mut file = new_file_for(output)?;
     file.write_all(text.as_bytes())?;
     file.persist(output).map_err(io::Error::from)?;
     Ok(())
+}
+
+/// The levels as the file has them.
+pub(super) fn multilevel(leveled: &LeveledModel) -> Result<MultilevelMesh> {
+    ensure!(leveled.keeps_vertices(), ModelError::MovesVertices);
+    Ok(MultilevelMesh::from_partition(&leveled.partition)?)
 }
 
 fn errors(leveled: &LeveledModel) -> String {

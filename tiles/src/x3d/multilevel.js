@@ -11,7 +11,7 @@
 
 "use strict";
 
-/** What stays within an Int32 and within what a browser can draw. */
+/** No browser draws more vertices; a file that names one beyond is broken, and would fill the memory. */
 const LARGEST_INDEX = 2 ** 24 - 1;
 
 /** Vertices and triangles in order of decreasing level, so that a level of detail is a prefix of both. */
