@@ -115,7 +115,8 @@ for (const name of ["world.x3d", "world.wrl"]) {
       if (pictures !== undefined) await page.screenshot({ path: join(pictures, `${name}-${moment}.png`) });
       const { share, shades } = await look(page);
       console.log({ name, moment, share, shades });
-      assert.ok(share > 0.2 && share < 0.5, `the surface covers ${share} of the picture`);
+      // Stood on its edge it would cover a third.
+      assert.ok(share > 0.2 && share < 0.28, `the surface covers ${share} of the picture`);
       assert.ok(shades >= fewestShades, `only ${shades} shades`);
     };
 
