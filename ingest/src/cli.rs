@@ -134,8 +134,8 @@ pub(crate) struct MeshArgs {
     /// The level to write to a .ply file, 0 being the finest; the coarsest if not given.
     #[arg(long, value_name = "K")]
     pub(crate) lod: Option<usize>,
-    /// Leave every vertex where it is in the model: more triangles for the same error. Implied by a .lod file, which has one
-    /// position a vertex.
+    /// Leave every vertex where it is in the model: more triangles for the same error. Implied by .lod files and worlds, which
+    /// have one position a vertex.
     #[arg(long)]
     pub(crate) keep_vertices: bool,
     #[command(flatten)]
