@@ -71,7 +71,8 @@ impl Ring {
         surface.connectivity.ring(vertex, &mut self.vertices);
         self.is_closed = !self.vertices.is_empty() && !surface.connectivity.is_boundary(vertex);
         self.plan.extend(self.vertices.iter().map(|&other| surface.plan(other)));
-        self.points.extend(self.vertices.iter().map(|&other| surface.point(other)));
+        self.points
+            .extend(self.vertices.iter().map(|&other| surface.point(other)));
     }
 
     /// Appends `count` vertices of another ring from the one numbered `first` on, and after its last one its first.
@@ -344,9 +345,7 @@ impl Simplifier<'_> {
         least_altitude: f64,
         scratch: &mut Scratch,
     ) -> Option<Place> {
-        let Scratch {
-            ring, pieces, ..
-        } = scratch;
+        let Scratch { ring, pieces, .. } = scratch;
         let reference = self.surface.reference;
         if interval.is_empty() || !ring.is_seen_from(plan, least_altitude) {
             return None;

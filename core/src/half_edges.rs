@@ -99,14 +99,20 @@ impl HalfEdges {
         self.origins
             .iter_mut()
             .for_each(|origin| *origin = numbers_of_vertices[*origin as usize]);
-        self.leaving = order.iter().map(|&vertex| moved(self.leaving[vertex as usize])).collect();
+        self.leaving = order
+            .iter()
+            .map(|&vertex| moved(self.leaving[vertex as usize]))
+            .collect();
     }
 
     /// All triangles: first those around the first vertex, then further ones around the second …; at last those that no
     /// walk around a vertex sees.
     fn triangles_around(&self, vertices: &[u32]) -> Vec<u32> {
         let mut is_listed = vec![false; self.triangle_slots() as usize];
-        let around = vertices.iter().flat_map(|&vertex| self.leaving(vertex)).map(|edge| edge / 3);
+        let around = vertices
+            .iter()
+            .flat_map(|&vertex| self.leaving(vertex))
+            .map(|edge| edge / 3);
         let all = around.chain((0..self.triangle_slots()).filter(|&triangle| self.corners(triangle).is_some()));
         all.filter(|&triangle| !std::mem::replace(&mut is_listed[triangle as usize], true))
             .collect()

@@ -145,9 +145,8 @@ impl Refiner<'_, '_> {
         (0..=BLOCK).any(|down| {
             let left = along(sample(0, 0), sample(0, BLOCK), down);
             let right = along(sample(BLOCK, 0), sample(BLOCK, BLOCK), down);
-            (0..=BLOCK).any(|across| {
-                (along(left, right, across) - sample(across, down)).abs() > self.refinement.tolerance
-            })
+            (0..=BLOCK)
+                .any(|across| (along(left, right, across) - sample(across, down)).abs() > self.refinement.tolerance)
         })
     }
 
@@ -196,8 +195,7 @@ impl Refiner<'_, '_> {
     /// The place on an edge in plan that is nearest to another one.
     fn on_edge(&self, edge: u32, plan: DVec2) -> DVec2 {
         let connectivity = &self.surface.connectivity;
-        let [from, to] =
-            [connectivity.origin(edge), connectivity.end(edge)].map(|vertex| self.surface.plan(vertex));
+        let [from, to] = [connectivity.origin(edge), connectivity.end(edge)].map(|vertex| self.surface.plan(vertex));
         let along = to - from;
         from + along * ((plan - from).dot(along) / along.length_squared())
     }
@@ -318,9 +316,7 @@ impl Refiner<'_, '_> {
         if connectivity.twin(edge) == NONE {
             return false;
         }
-        let [a, b, c, d] = connectivity
-            .quadrilateral(edge)
-            .map(|vertex| self.surface.plan(vertex));
+        let [a, b, c, d] = connectivity.quadrilateral(edge).map(|vertex| self.surface.plan(vertex));
         let is_given = self.refinement.frame.is_some_and(|frame| frame.along_inner_line(a, b));
         !is_given && is_in_circle([a, b, c, d])
     }

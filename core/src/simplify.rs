@@ -302,8 +302,8 @@ impl<'a> Simplifier<'a> {
     }
 
     fn edge(&self, blue: u32, red: u32, index: usize, scratch: &Scratch) -> Edge {
-        let is_on_boundary =
-            self.surface.connectivity.is_boundary(blue) && (index == 0 || index + 1 == scratch.around_blue.vertices.len());
+        let is_on_boundary = self.surface.connectivity.is_boundary(blue)
+            && (index == 0 || index + 1 == scratch.around_blue.vertices.len());
         Edge {
             blue,
             red,

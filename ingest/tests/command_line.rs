@@ -244,7 +244,11 @@ fn what_cannot_be_a_world_is_one_line_and_exit_code_2_and_leaves_nothing() {
             "out.x3d",
             "out.x3d: a coordinate of 1e300 is more than X3D can hold",
         ),
-        ("model.lod", "out.html", "out.html: levels are written as .lod, .x3d or .wrl, one of them as .ply"),
+        (
+            "model.lod",
+            "out.html",
+            "out.html: levels are written as .lod, .x3d or .wrl, one of them as .ply",
+        ),
         (
             "model.lod",
             "absent/out.wrl",

@@ -58,12 +58,15 @@ fn add(mesh: &tobj::Mesh, polygons: &mut Polygons, limits: Limits) -> Result<(),
     Ok(())
 }
 
+/// What a mesh says of its vertices, all numbers of the first vertex, then of the second …
+type Numbers<'a> = &'a dyn Fn(&tobj::Mesh) -> Vec<f64>;
+
 /// Normals, texture coordinates and colours, each where every vertex has it.
 fn columns(meshes: &[tobj::Mesh]) -> Vec<Column> {
     let normals = |mesh: &'_ tobj::Mesh| mesh.normals.clone();
     let texture = |mesh: &'_ tobj::Mesh| mesh.texcoords.clone();
     let colours = |mesh: &'_ tobj::Mesh| mesh.vertex_color.iter().map(|share| share * LARGEST_BYTE).collect();
-    let kinds: [(&[&str], Storage, &dyn Fn(&tobj::Mesh) -> Vec<f64>); 3] = [
+    let kinds: [(&[&str], Storage, Numbers); 3] = [
         (&["nx", "ny", "nz"], Storage::Float, &normals),
         (&["s", "t"], Storage::Float, &texture),
         (&["red", "green", "blue"], Storage::Byte, &colours),

@@ -36,8 +36,14 @@ fn read(bytes: &[u8]) -> SlowTile {
     let ends = partition.levels.iter();
     SlowTile {
         vertices: (0..partition.positions.len()).map(vertex).collect(),
-        triangles: partition.triangles.iter().map(|corners| corners.map(|corner| corner as usize)).collect(),
-        ends: ends.map(|level| (level.vertex_end as usize, level.triangle_end as usize)).collect(),
+        triangles: partition
+            .triangles
+            .iter()
+            .map(|corners| corners.map(|corner| corner as usize))
+            .collect(),
+        ends: ends
+            .map(|level| (level.vertex_end as usize, level.triangle_end as usize))
+            .collect(),
     }
 }
 
@@ -107,7 +113,11 @@ fn every_level_and_every_set_of_sides_is_what_the_description_says() {
                 interior: last,
                 fine_sides,
             });
-            assert_eq!(turned(triangles(&surface)), turned(expected.clone()), "{address} {levels:?}");
+            assert_eq!(
+                turned(triangles(&surface)),
+                turned(expected.clone()),
+                "{address} {levels:?}"
+            );
             sizes.insert(expected.len());
         }
         assert!(sizes.len() >= 2, "{address} has one surface only");
