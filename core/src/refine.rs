@@ -6,7 +6,7 @@
 //! round has changed, so that no triangle is measured only to be replaced; and points between the samples count, too.
 //!
 //! ```text
-//! insert the corners of all blocks of samples that are not nearly bilinear
+//! insert the corners amid blocks of samples that are not nearly bilinear
 //! all triangles are suspects
 //! repeat until there are no suspects:
 //!     for each suspect: find its worst point, at samples and (bound = surface) along its edges
@@ -102,7 +102,7 @@ struct Refiner<'a, 'b> {
 }
 
 impl Refiner<'_, '_> {
-    /// Inserts the corners of blocks of samples that are not nearly bilinear: rounds that look at every sample again and
+    /// Inserts the corners amid blocks of samples that are not nearly bilinear: rounds that look at every sample again and
     /// again would come to about as many vertices.
     fn seed(&mut self) {
         let mut triangle = 0;
@@ -115,25 +115,23 @@ impl Refiner<'_, '_> {
         }
     }
 
-    /// Each once, neighbours close to each other.
+    /// Those with rough blocks on all sides, neighbours close to each other: along a lone cliff, where only the blocks that
+    /// it crosses are rough, vertices on a lattice would be in the way of better ones.
     fn corners_of_rough_blocks(&self) -> Vec<DVec2> {
         let [columns, rows] = self.surface.window();
-        let last = |range: &Range<usize>| range.end.saturating_sub(BLOCK);
+        let starts = |range: &Range<usize>| (range.start..range.end.saturating_sub(BLOCK)).step_by(BLOCK);
+        let is_rough: Vec<Vec<bool>> = starts(&rows)
+            .map(|row| starts(&columns).map(|column| self.is_rough(column, row)).collect())
+            .collect();
         let mut corners = Vec::new();
-        for row in (rows.start..last(&rows)).step_by(BLOCK) {
-            for column in (columns.start..last(&columns)).step_by(BLOCK) {
-                if self.is_rough(column, row) {
-                    let (right, below) = (column + BLOCK, row + BLOCK);
-                    corners.extend([(column, row), (right, row), (column, below), (right, below)]);
+        for (row, blocks) in starts(&rows).skip(1).zip(is_rough.windows(2)) {
+            for (column, place) in starts(&columns).skip(1).zip(0..) {
+                if blocks.iter().all(|blocks| blocks[place] && blocks[place + 1]) {
+                    corners.push(DVec2::new(column as f64, row as f64));
                 }
             }
         }
-        let mut corners: Vec<DVec2> = corners
-            .into_iter()
-            .map(|(column, row)| DVec2::new(column as f64, row as f64))
-            .collect();
         corners.sort_by_cached_key(|&corner| morton_code(corner));
-        corners.dedup();
         corners
     }
 
