@@ -13,6 +13,8 @@ const CLASSES: usize = 16;
 const BELOW: i32 = 9;
 /// Bits of the number of bits, after an escape.
 const LENGTH_BITS: u32 = 6;
+/// Bits of the longest number. No encoder writes one: a damaged guess must not ask for more than a word has.
+const LONGEST: u32 = 63;
 /// Guesses of fewer bits than this have statistics of their own; those of as many and more share theirs.
 const SMALL_GUESSES: usize = 8;
 /// Signs that a caller may tell apart.
@@ -63,7 +65,7 @@ impl NumberModel {
         if class == 0 || class == CLASSES - 1 {
             return (coder.even_bits(LENGTH_BITS, u64::from(length)) as u32, class);
         }
-        ((class as i32 + offset).max(0) as u32, class)
+        (((class as i32 + offset).max(0) as u32).min(LONGEST), class)
     }
 
     #[inline]
