@@ -389,7 +389,7 @@ impl HalfEdges {
 }
 
 /// The place in `order` of each of `count` indices, or [`NONE`].
-fn inverse(order: &[u32], count: usize) -> Vec<u32> {
+pub(crate) fn inverse(order: &[u32], count: usize) -> Vec<u32> {
     let mut places = vec![NONE; count];
     for (place, &index) in (0..).zip(order) {
         places[index as usize] = place;

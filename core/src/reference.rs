@@ -199,12 +199,12 @@ impl Reference<'_> {
         let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
         let slope = (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area;
         scan::visit_rows([a.grid, b.grid, c.grid], [self.columns, self.rows], |row, columns| {
-            let down = row as i64 as f64 - a.grid.y;
+            let down = scan::double(row) - a.grid.y;
             let at_row = a.height + (slope.y + curvature.y * down) * down;
             let samples = &self.heights[row * self.columns..][columns.clone()];
-            let from_a = columns.start as i64 as f64 - a.grid.x;
+            let from_a = scan::double(columns.start) - a.grid.x;
             let difference = |step: usize, sample: f32| {
-                let across = from_a + step as i64 as f64;
+                let across = from_a + scan::double(step);
                 (f64::from(sample) - at_row - (slope.x + curvature.x * across) * across).abs()
             };
             let (mut size, mut place) = (worst.size, usize::MAX);

@@ -76,7 +76,7 @@ pub(crate) fn visit_rows(corners: [DVec2; 3], size: [usize; 2], mut visit: impl 
     for row in rows {
         let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
         for side in &sides {
-            side.widen(row as i64 as f64, &mut from, &mut to);
+            side.widen(double(row), &mut from, &mut to);
         }
         if from <= to {
             visit(row, whole_numbers(from, to, size[0]));
@@ -113,8 +113,7 @@ impl Inside {
     }
 
     fn columns(&self, row: usize, candidates: Range<usize>) -> Range<usize> {
-        // Signed numbers become doubles with one instruction, unsigned ones with five.
-        let start = DVec2::new(candidates.start as i64 as f64, row as i64 as f64) - self.origin;
+        let start = DVec2::new(double(candidates.start), double(row)) - self.origin;
         let (mut second, mut third) = (self.of_second.dot(start), self.of_third.dot(start));
         let mut found = 0..0;
         for column in candidates {
@@ -129,6 +128,12 @@ impl Inside {
         }
         found
     }
+}
+
+/// An index as a double. Signed numbers become one with one instruction, unsigned ones with five.
+#[inline(always)]
+pub(crate) fn double(index: usize) -> f64 {
+    index as i64 as f64
 }
 
 /// Whole numbers from `low` to `high`, within rounding, that are indices below `count`.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use crate::half_edges::{HalfEdges, NONE, edges_of, permute};
+use crate::half_edges::{HalfEdges, NONE, edges_of, inverse, permute};
 use crate::mesh::{Mesh, plan_orientation};
 use crate::reference::{Bound, Deviation, GridPoint, Reference};
 use crate::scan;
@@ -45,10 +45,7 @@ impl<'a> Surface<'a> {
         let live: Vec<u32> = (0..self.plan.len() as u32)
             .filter(|&vertex| self.connectivity.is_live(vertex))
             .collect();
-        let mut numbers = vec![u32::MAX; self.plan.len()];
-        (0..)
-            .zip(&live)
-            .for_each(|(number, &vertex)| numbers[vertex as usize] = number);
+        let numbers = inverse(&live, self.plan.len());
         let mesh = Mesh {
             positions: live.iter().map(|&vertex| self.position(vertex)).collect(),
             triangles: self
