@@ -28,7 +28,8 @@ const HIGHER_ORDER: f64 = 1.1;
 const BESIDE: f64 = 1e-3;
 /// Share of the way to the middle of a piece from an end that is outside the piece's cell by rounding.
 const INWARDS: f64 = 1e-6;
-/// Cells by which a straight edge in space may leave the straight line on the grid before it is cut in two.
+/// Cells by which a straight edge in space may leave the straight line on the grid before it is cut into stretches. What a
+/// parabola leaves out of a stretch is smaller by another factor of its length over the Earth's radius.
 const STRAIGHT: f64 = 1e-4;
 
 /// A vertex on the Earth and on the raster.
@@ -36,7 +37,15 @@ const STRAIGHT: f64 = 1e-4;
 struct Place {
     space: DVec3,
     longitude: f64,
+    height: f64,
     grid: DVec2,
+}
+
+impl Place {
+    /// Column, row and height.
+    fn seen(self) -> DVec3 {
+        self.grid.extend(self.height)
+    }
 }
 
 /// Measures surfaces against one raster.
@@ -103,9 +112,9 @@ impl<'a> Certifier<'a> {
             .iter()
             .flat_map(|&[a, b, c]| [ordered(a, b), ordered(b, c), ordered(c, a)])
             .collect();
-        let along = edges
-            .into_par_iter()
-            .map(|(a, b)| along_edge(grid, places[a as usize], places[b as usize]));
+        let along = edges.into_par_iter().map_init(Vec::new, |stops, (a, b)| {
+            along_edge(grid, places[a as usize], places[b as usize], stops)
+        });
         along.reduce(|| worst, largest) + curvature_in_a_cell(grid)
     }
 
@@ -159,61 +168,102 @@ fn place(grid: &HeightGrid, geodetic: Geodetic) -> Place {
     Place {
         space: ellipsoid::to_earth_centred(geodetic),
         longitude: geodetic.longitude,
+        height: geodetic.height,
         grid: grid
             .georeference
             .grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
     }
 }
 
-fn along_edge(grid: &HeightGrid, a: Place, b: Place) -> f64 {
-    let difference = |t: f64| {
-        let (geodetic, at) = on_edge(grid, a, b, t);
-        grid.bilinear(at).map(|height| geodetic.height - height)
-    };
+/// The largest deviation along a straight edge in space.
+fn along_edge(grid: &HeightGrid, a: Place, b: Place, stops: &mut Vec<f64>) -> f64 {
+    let count = (corners_bulge(grid, &[a, b]) / STRAIGHT).sqrt().ceil().max(1.0);
     let mut worst: f64 = 0.0;
-    for pair in stops(grid, a, b).windows(2) {
-        let middle = (pair[0] + pair[1]) / 2.0;
-        // Where the surface ends, rounding may put the end of a piece beside the cell that the piece is in.
-        let at = |t: f64| difference(t).or_else(|| difference(t + (middle - t) * INWARDS));
-        let ends = [pair[0], middle, pair[1]].map(at);
-        worst = ends.into_iter().flatten().map(f64::abs).fold(worst, f64::max);
-        if let [Some(first), Some(middle), Some(last)] = ends {
-            let bend = first - 2.0 * middle + last;
-            let summit = (first - last) / (4.0 * bend);
-            if bend != 0.0 && summit.abs() < 0.5 {
-                let t = (pair[0] + pair[1]) / 2.0 + summit * (pair[1] - pair[0]);
-                worst = worst.max(difference(t).unwrap_or(0.0).abs());
-            }
-        }
+    let mut from = a.seen();
+    for number in 1..=count as usize {
+        let middle = on_edge(grid, a, b, (number as f64 - 0.5) / count);
+        let to = match number as f64 / count {
+            end if end < 1.0 => on_edge(grid, a, b, end),
+            _ => b.seen(),
+        };
+        worst = worst.max(Stretch::through([from, middle, to]).deviation(grid, stops));
+        from = to;
     }
     worst
 }
 
-fn on_edge(grid: &HeightGrid, a: Place, b: Place, t: f64) -> (Geodetic, DVec2) {
+/// Column, row and height of a place on a straight edge in space.
+fn on_edge(grid: &HeightGrid, a: Place, b: Place, t: f64) -> DVec3 {
     let mut geodetic = ellipsoid::to_geodetic(a.space.lerp(b.space, t));
     geodetic.longitude += ((a.longitude - geodetic.longitude) / 360.0).round() * 360.0;
-    (
-        geodetic,
-        grid.georeference
-            .grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
-    )
+    let at = DVec2::new(geodetic.longitude, geodetic.latitude);
+    grid.georeference.grid(at).extend(geodetic.height)
 }
 
-/// Growing parameters from 0 to 1 between which the edge is inside one cell.
-fn stops(grid: &HeightGrid, a: Place, b: Place) -> Vec<f64> {
-    let pieces = (corners_bulge(grid, &[a, b]) / STRAIGHT).sqrt().ceil().max(1.0);
-    let mut stops = vec![0.0];
-    let mut from = a.grid;
-    for piece in 1..=pieces as usize {
-        let (start, end) = ((piece - 1) as f64 / pieces, piece as f64 / pieces);
-        let to = if end < 1.0 { on_edge(grid, a, b, end).1 } else { b.grid };
-        let mut inside: Vec<f64> = crossings(from.x, to.x).chain(crossings(from.y, to.y)).collect();
-        inside.sort_by(f64::total_cmp);
-        stops.extend(inside.into_iter().map(|t| start + t * (end - start)));
-        stops.push(end);
-        from = to;
+/// Part of a straight edge in space, so short that it is a parabola over the grid: column, row and height are
+/// `from + t (slope + t bend)`, with t from 0 to 1.
+struct Stretch {
+    from: DVec3,
+    slope: DVec3,
+    bend: DVec3,
+}
+
+impl Stretch {
+    /// The parabola through its two ends and, between these, its middle.
+    fn through([from, middle, to]: [DVec3; 3]) -> Self {
+        let bend = 2.0 * (from - 2.0 * middle + to);
+        let slope = to - from - bend;
+        Self { from, slope, bend }
     }
-    stops
+
+    fn at(&self, t: f64) -> DVec3 {
+        self.from + t * (self.slope + t * self.bend)
+    }
+
+    /// Height above the raster; none beside it.
+    fn difference(&self, grid: &HeightGrid, t: f64) -> Option<f64> {
+        let at = self.at(t);
+        grid.bilinear(at.truncate()).map(|height| at.z - height)
+    }
+
+    /// The largest difference. `stops` is overwritten.
+    fn deviation(&self, grid: &HeightGrid, stops: &mut Vec<f64>) -> f64 {
+        self.list_stops(stops);
+        stops
+            .windows(2)
+            .map(|pair| self.deviation_between(grid, pair[0], pair[1]))
+            .fold(0.0, f64::max)
+    }
+
+    /// Growing parameters from 0 to 1 between which the stretch is inside one cell.
+    fn list_stops(&self, stops: &mut Vec<f64>) {
+        let (from, to) = (self.from, self.at(1.0));
+        stops.clear();
+        stops.push(0.0);
+        stops.extend(crossings(from.x, to.x));
+        stops.extend(crossings(from.y, to.y));
+        stops.sort_unstable_by(f64::total_cmp);
+        stops.push(1.0);
+    }
+
+    /// The largest difference between two parameters, inside one cell.
+    fn deviation_between(&self, grid: &HeightGrid, first: f64, last: f64) -> f64 {
+        let middle = (first + last) / 2.0;
+        // Where the surface ends, rounding may put the end of a piece beside the cell that the piece is in.
+        let inwards = |t: f64| self.difference(grid, t + (middle - t) * INWARDS);
+        let ends = [first, middle, last].map(|t| self.difference(grid, t).or_else(|| inwards(t)));
+        let worst = ends.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
+        let [Some(at_first), Some(at_middle), Some(at_last)] = ends else {
+            return worst;
+        };
+        let bend = at_first - 2.0 * at_middle + at_last;
+        let summit = (at_first - at_last) / (4.0 * bend);
+        if bend == 0.0 || summit.abs() >= 0.5 {
+            return worst;
+        }
+        let at_summit = self.difference(grid, middle + summit * (last - first));
+        worst.max(at_summit.unwrap_or(0.0).abs())
+    }
 }
 
 /// Parameters strictly between 0 and 1 at which a coordinate passes whole numbers.
