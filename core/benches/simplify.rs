@@ -48,7 +48,8 @@ fn main() {
                 terrain.per_sample(started, triangles)
             });
             let started = ProcessTime::now();
-            let triangles = terrain.laddered(&[ERROR, 2.0 * ERROR], bound, |_, triangles, _| triangles);
+            let rungs = [std::f64::consts::SQRT_2 * ERROR, 2.0 * ERROR];
+            let triangles = terrain.laddered(ERROR, &rungs, bound, |_, triangles, _| triangles);
             let ladder = terrain.per_sample(started, triangles[1]);
             println!(
                 "{side:>6}  {:>10}  {}  {ladder}",
@@ -65,7 +66,7 @@ fn main() {
     let terrain = Terrain::new(513);
     let rungs: Vec<f64> = (0..9).map(|rung| ERROR * (f64::from(rung) / 2.0).exp2()).collect();
     for bound in [Bound::Samples, Bound::Surface] {
-        terrain.laddered(&rungs, bound, |error, triangles, rounds| {
+        terrain.laddered(ERROR, &rungs, bound, |error, triangles, rounds| {
             let dedicated = terrain.thinned(error, bound, Quality::Default, |simplifier| {
                 simplifier.surface().triangle_count()
             });
@@ -160,9 +161,16 @@ impl Terrain {
         then(simplifier)
     }
 
-    /// One log through all errors; `then` gets each error, the triangles left and the rounds it took.
-    fn laddered<T>(&self, errors: &[f64], bound: Bound, mut then: impl FnMut(f64, usize, u32) -> T) -> Vec<T> {
-        self.thinned(errors[0], bound, Quality::Default, |thinned| {
+    /// A mesh within `finest`, and one log from there through all errors; `then` gets each error, the triangles left and the
+    /// rounds it took.
+    fn laddered<T>(
+        &self,
+        finest: f64,
+        errors: &[f64],
+        bound: Bound,
+        mut then: impl FnMut(f64, usize, u32) -> T,
+    ) -> Vec<T> {
+        self.thinned(finest, bound, Quality::Default, |thinned| {
             let mut simplifier = simplifier(thinned.into_surface(), Quality::Default);
             let mut rungs = Vec::new();
             for &vertical in errors {

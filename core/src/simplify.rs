@@ -80,9 +80,9 @@ pub struct Shape {
 pub enum Quality {
     /// Collapses keep the red vertex where it is; three neighbours of each vertex are tried, once.
     Fast,
-    /// The red vertex may go to the middle of the edge.
+    /// The red vertex may go to the middle of the edge; four neighbours are tried, again wherever something changed.
     Default,
-    /// More places; edge swaps and vertex moves where no log is kept.
+    /// All neighbours, more places; edge swaps and vertex moves where no log is kept.
     Best,
 }
 
@@ -100,7 +100,8 @@ impl Quality {
     fn neighbours(self) -> usize {
         match self {
             Self::Fast => 3,
-            Self::Default | Self::Best => usize::MAX,
+            Self::Default => 4,
+            Self::Best => usize::MAX,
         }
     }
 }
