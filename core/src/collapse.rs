@@ -144,10 +144,7 @@ impl Simplifier<'_> {
     ) -> Option<Chosen> {
         // Most collapses fail under blue's own triangles, so nothing else is looked at before these.
         let at_red = self.seen_from_red(edge, allowance.vertical, scratch);
-        if at_red.interval.is_empty() && !self.may_move(edge) {
-            return None;
-        }
-        if !self.is_possible(edge, scratch) {
+        if at_red.interval.is_empty() && !self.may_move(edge) || !self.is_possible(edge, scratch) {
             return None;
         }
         let strays = self.strays(edge);
@@ -155,21 +152,46 @@ impl Simplifier<'_> {
             return None;
         }
         self.surround(edge, scratch);
-        if strays > 0.0 {
-            scratch.samples.clear();
-            self.gather_under(self.surface.grid(edge.red), scratch);
-        }
         scratch.others.clear();
-        scratch.has_others = strays > 0.0 || self.keeps_height(edge.red);
-        let place = (0..self.quality.places().len()).find_map(|number| {
+        let place = if strays > 0.0 {
+            self.place_along_outline(edge, at_red, shape, scratch)
+        } else {
+            scratch.has_others = self.keeps_height(edge.red);
+            self.first_place(edge, at_red, shape, scratch)
+        };
+        place.map(|place| Chosen {
+            red: edge.red,
+            place,
+            strays,
+        })
+    }
+
+    /// The first place that will do where the outline strays: what is under the new triangles was not all under the old.
+    fn place_along_outline(&self, edge: Edge, at_red: Seen, shape: Shape, scratch: &mut Scratch) -> Option<Place> {
+        scratch.samples.clear();
+        self.gather_under(self.surface.grid(edge.red), scratch);
+        scratch.has_others = true;
+        let seen = Seen {
+            is_whole: false,
+            ..at_red
+        };
+        let place = self.first_place(edge, seen, shape, scratch);
+        scratch.samples.clear();
+        self.gather_around(edge.blue, &mut scratch.samples);
+        place
+    }
+
+    /// The first place that will do, with the best height there.
+    fn first_place(&self, edge: Edge, at_red: Seen, shape: Shape, scratch: &mut Scratch) -> Option<Place> {
+        (0..self.quality.places().len()).find_map(|number| {
             let (plan, grid) = self.place(edge, number)?;
             let is_red = number == 0;
             if is_red && at_red.interval.is_empty() || !scratch.spread(self.surface.reference, plan, grid) {
                 return None;
             }
             let mut interval = at_red.interval;
-            if !(is_red && at_red.is_whole && strays == 0.0) {
-                interval = self.interval_of(edge.red, is_red, allowance.vertical);
+            if !(is_red && at_red.is_whole) {
+                interval = self.interval_of(edge.red, is_red, interval.tolerance);
                 scratch.fan.constrain(&mut scratch.samples, &mut interval);
             }
             if !interval.is_empty() && !std::mem::replace(&mut scratch.has_others, true) {
@@ -177,15 +199,6 @@ impl Simplifier<'_> {
             }
             scratch.fan.constrain(&mut scratch.others, &mut interval);
             self.settle(plan, grid, interval, shape.least_altitude, scratch)
-        });
-        if strays > 0.0 {
-            scratch.samples.clear();
-            self.gather_around(edge.blue, &mut scratch.samples);
-        }
-        place.map(|place| Chosen {
-            red: edge.red,
-            place,
-            strays,
         })
     }
 
@@ -196,7 +209,7 @@ impl Simplifier<'_> {
         scratch.surround_blue(edge);
         if !scratch.spread(self.surface.reference, plan, grid) {
             return Seen {
-                interval: Interval::EMPTY,
+                interval: Interval::empty(tolerance),
                 is_whole: true,
             };
         }

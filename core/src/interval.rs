@@ -21,14 +21,12 @@ pub(crate) struct Interval {
 
 impl Interval {
     /// No height at all.
-    pub(crate) const EMPTY: Self = Self {
-        tolerance: 0.0,
-        low: f64::INFINITY,
-        high: f64::NEG_INFINITY,
-        weights: 0.0,
-        weighted: 0.0,
-        squares: 0.0,
-    };
+    pub(crate) fn empty(tolerance: f64) -> Self {
+        Self {
+            low: f64::INFINITY,
+            ..Self::new(tolerance, Some(f64::NEG_INFINITY))
+        }
+    }
 
     /// All heights, or `only` one.
     pub(crate) fn new(tolerance: f64, only: Option<f64>) -> Self {

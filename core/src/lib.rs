@@ -53,7 +53,7 @@ pub mod refine;
 pub mod refinement_queues;
 pub mod replay;
 mod samples;
-mod scan;
+pub mod scan;
 pub mod simplify;
 pub mod surface;
 pub mod triangulate;

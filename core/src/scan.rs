@@ -153,7 +153,7 @@ pub(crate) fn whole_numbers(low: f64, high: f64, count: usize) -> Range<usize> {
 /// Calls `visit(start, end)` for the stretches of the edge `a → b`, as growing parameters from 0 to 1, between grid
 /// lines.
 #[inline]
-pub(crate) fn visit_cells(a: DVec2, b: DVec2, mut visit: impl FnMut(f64, f64)) {
+pub fn visit_cells(a: DVec2, b: DVec2, mut visit: impl FnMut(f64, f64)) {
     let mut columns = Crossings::new(a.x, b.x);
     let mut rows = Crossings::new(a.y, b.y);
     let mut start = 0.0;

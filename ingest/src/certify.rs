@@ -16,6 +16,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use terrain_core::Mesh;
 use terrain_core::reference::Bound;
+use terrain_core::scan;
 use terrain_tiles::ellipsoid::{self, Geodetic};
 
 use crate::height_grid::HeightGrid;
@@ -112,9 +113,9 @@ impl<'a> Certifier<'a> {
             .iter()
             .flat_map(|&[a, b, c]| [ordered(a, b), ordered(b, c), ordered(c, a)])
             .collect();
-        let along = edges.into_par_iter().map_init(Vec::new, |stops, (a, b)| {
-            along_edge(grid, places[a as usize], places[b as usize], stops)
-        });
+        let along = edges
+            .into_par_iter()
+            .map(|(a, b)| along_edge(grid, places[a as usize], places[b as usize]));
         along.reduce(|| worst, largest) + curvature_in_a_cell(grid)
     }
 
@@ -176,7 +177,7 @@ fn place(grid: &HeightGrid, geodetic: Geodetic) -> Place {
 }
 
 /// The largest deviation along a straight edge in space.
-fn along_edge(grid: &HeightGrid, a: Place, b: Place, stops: &mut Vec<f64>) -> f64 {
+fn along_edge(grid: &HeightGrid, a: Place, b: Place) -> f64 {
     let count = (corners_bulge(grid, &[a, b]) / STRAIGHT).sqrt().ceil().max(1.0);
     let mut worst: f64 = 0.0;
     let mut from = a.seen();
@@ -186,7 +187,7 @@ fn along_edge(grid: &HeightGrid, a: Place, b: Place, stops: &mut Vec<f64>) -> f6
             end if end < 1.0 => on_edge(grid, a, b, end),
             _ => b.seen(),
         };
-        worst = worst.max(Stretch::through([from, middle, to]).deviation(grid, stops));
+        worst = worst.max(Stretch::through([from, middle, to]).deviation(grid));
         from = to;
     }
     worst
@@ -226,24 +227,14 @@ impl Stretch {
         grid.bilinear(at.truncate()).map(|height| at.z - height)
     }
 
-    /// The largest difference. `stops` is overwritten.
-    fn deviation(&self, grid: &HeightGrid, stops: &mut Vec<f64>) -> f64 {
-        self.list_stops(stops);
-        stops
-            .windows(2)
-            .map(|pair| self.deviation_between(grid, pair[0], pair[1]))
-            .fold(0.0, f64::max)
-    }
-
-    /// Growing parameters from 0 to 1 between which the stretch is inside one cell.
-    fn list_stops(&self, stops: &mut Vec<f64>) {
-        let (from, to) = (self.from, self.at(1.0));
-        stops.clear();
-        stops.push(0.0);
-        stops.extend(crossings(from.x, to.x));
-        stops.extend(crossings(from.y, to.y));
-        stops.sort_unstable_by(f64::total_cmp);
-        stops.push(1.0);
+    /// The largest difference.
+    fn deviation(&self, grid: &HeightGrid) -> f64 {
+        let mut worst: f64 = 0.0;
+        let [from, to] = [0.0, 1.0].map(|t| self.at(t).truncate());
+        scan::visit_cells(from, to, |start, end| {
+            worst = worst.max(self.deviation_between(grid, start, end))
+        });
+        worst
     }
 
     /// The largest difference between two parameters, inside one cell.
@@ -264,13 +255,6 @@ impl Stretch {
         let at_summit = self.difference(grid, middle + summit * (last - first));
         worst.max(at_summit.unwrap_or(0.0).abs())
     }
-}
-
-/// Parameters strictly between 0 and 1 at which a coordinate passes whole numbers.
-fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let first = from.min(to).floor() + 1.0;
-    let count = (from.max(to).ceil() - first).max(0.0) as usize;
-    (0..count).map(move |index| (first + index as f64 - from) / (to - from))
 }
 
 /// How far, in cells, a straight line in space between the places can leave the straight line on the grid.
