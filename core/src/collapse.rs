@@ -391,7 +391,10 @@ impl Simplifier<'_> {
             });
         }
         self.clear_samples(blue);
-        if !self.keeps_height(red) || strays > 0.0 {
+        if place.plan == self.surface.plan(red) && strays == 0.0 {
+            // Red's other triangles are in plan what they were.
+            scratch.others.clear();
+        } else {
             self.clear_samples(red);
         }
         self.surface.connectivity.collapse(blue, red);
