@@ -59,7 +59,7 @@ fn whole_numbers_are_the_levels_themselves() {
     let (mut whole, mut fractional) = (LevelView::default(), LevelView::default());
     for level in 0..3_u8 {
         whole.set_level(&mesh, level.into()).unwrap();
-        fractional.set_fractional_level(&mesh, level.into()).unwrap();
+        fractional.set_fractional_level(&mesh, level).unwrap();
         assert_eq!(whole.positions(), fractional.positions());
         assert_eq!(whole.triangles(), fractional.triangles());
     }

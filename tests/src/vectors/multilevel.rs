@@ -96,7 +96,7 @@ fn geomorphs<const DIMENSION: usize>(mesh: &MultilevelMesh<DIMENSION>, vector: &
     };
     let mut view = LevelView::default();
     let geomorph = |asked: &Value| {
-        view.set_fractional_level(mesh, input::read(asked, "level")?)?;
+        view.set_fractional_level(mesh, input::read::<f64>(asked, "level")?)?;
         Ok(json!({
             "level": asked["level"],
             "triangles": view.triangles(),
