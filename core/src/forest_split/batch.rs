@@ -149,7 +149,10 @@ impl<'a> Collapsing<'a> {
     /// What a collapse and its two triangles would concern, whether it can be performed or not; None where not two triangles
     /// share the edge.
     pub(super) fn candidate(&self, [blue, red]: [u32; 2]) -> Option<Candidate> {
-        let around = self.connectivity.star(blue).map(|triangle| self.connectivity.corners(triangle));
+        let around = self
+            .connectivity
+            .star(blue)
+            .map(|triangle| self.connectivity.corners(triangle));
         let along = around.filter(|corners| corners.contains(&red));
         let mut wings = along.map(|[a, b, c]| a ^ b ^ c ^ blue ^ red);
         let pair = [wings.next()?, wings.next()?];
@@ -184,6 +187,11 @@ impl<'a> Collapsing<'a> {
         }
         self.connectivity.collapse(&self.star, &mut self.moved);
         self.forest.add(candidate);
+    }
+
+    /// The corners that the last collapse gave over from its blue vertex to its red one.
+    pub(super) fn moved(&self) -> &[u32] {
+        &self.moved
     }
 
     fn perform_admitted(&mut self, ends: [u32; 2]) -> Result<(), CollapseFault> {

@@ -4,7 +4,7 @@
 //! queues ← every collapse of an edge, by cost: those that add to a tree, and those that begin one
 //! until both are empty:
 //!     take the cheapest of the first queue, or else of the second; pass over it if it no longer fits the forest
-//!     perform it; queue what fits of the edges around it
+//!     perform it; queue what fits of the edges that it changed
 //! ```
 //!
 //! Trees grow before new ones begin, because two trees keep the vertices between them from both.
@@ -74,43 +74,62 @@ impl<C: Fn(u32, u32, &[[u32; 3]]) -> Option<f64>> Growth<'_, C> {
         Some(queued)
     }
 
-    /// Performs a collapse if it is still what was queued.
+    /// Performs a collapse if it still fits; if its cost is another by now, it has to wait for another turn.
     fn perform(&mut self, queued: Queued) -> Option<[u32; 2]> {
         let candidate = self.collapsing.candidate(queued.ends)?;
-        if self.cost_if_it_fits(candidate) != Some(queued.cost) {
+        let cost = self.cost_if_it_fits(candidate)?;
+        if cost.total_cmp(&queued.cost).is_ne() {
+            self.push(candidate, cost);
             return None;
         }
         self.collapsing.perform(candidate);
-        let changed = [candidate.red].into_iter().chain(candidate.wings);
-        changed.for_each(|vertex| self.enqueue_around(vertex));
+        self.changed_edges(candidate)
+            .into_iter()
+            .for_each(|edge| self.enqueue(edge));
         Some(queued.ends)
     }
 
-    fn enqueue_around(&mut self, vertex: u32) {
-        if !self.collapsing.fine.is_virtual(vertex) {
-            let neighbours = self.neighbours(vertex).into_iter();
-            // Looked at from the neighbour, which more seldom has many triangles around it.
-            neighbours.for_each(|other| self.enqueue([other, vertex]));
+    /// The edges that a collapse gave another end, and those in a triangle with an edge that it marked: what can begin to
+    /// fit is among them. Not all edges of the red vertex are, which may have very many.
+    fn changed_edges(&self, Candidate { red, wings, .. }: Candidate) -> Vec<[u32; 2]> {
+        let Collapsing { connectivity, fine, .. } = &self.collapsing;
+        let moved = self.collapsing.moved().iter().map(|corner| corner / 3);
+        let mut edges = Vec::new();
+        for [a, b, c] in moved.map(|triangle| connectivity.corners(triangle)) {
+            edges.extend([[a, red], [b, red], [c, red]]);
         }
+        for wing in wings {
+            let around = connectivity.star(wing).map(|triangle| connectivity.corners(triangle));
+            for [a, b, c] in around.filter(|corners| corners.contains(&red)) {
+                edges.extend([[a, b], [b, c], [c, a]]);
+            }
+        }
+        edges.retain(|&[from, to]| from != to && !fine.is_virtual(from) && !fine.is_virtual(to));
+        edges.iter_mut().for_each(|edge| edge.sort_unstable());
+        edges.sort_unstable();
+        edges.dedup();
+        edges
     }
 
-    /// Puts both collapses of an edge into their queues as far as they fit. What does not fit now will not before it is
-    /// queued again: that takes a change at one of its ends.
-    fn enqueue(&mut self, ends: [u32; 2]) {
-        let Some(candidate) = self.collapsing.candidate(ends) else {
+    /// Puts both collapses of an edge into their queues as far as they fit.
+    fn enqueue(&mut self, edge: [u32; 2]) {
+        let Some(candidate) = self.collapsing.candidate(edge) else {
             return;
         };
         for candidate in [candidate, candidate.reversed()] {
-            let Some(cost) = self.cost_if_it_fits(candidate) else {
-                continue;
-            };
-            let ends = [candidate.blue, candidate.red];
-            let queue = match self.collapsing.forest.touches(candidate) {
-                true => &mut self.growing,
-                false => &mut self.beginning,
-            };
-            queue.push(Reverse(Queued { cost, ends }));
+            if let Some(cost) = self.cost_if_it_fits(candidate) {
+                self.push(candidate, cost);
+            }
         }
+    }
+
+    fn push(&mut self, candidate: Candidate, cost: f64) {
+        let ends = [candidate.blue, candidate.red];
+        let queue = match self.collapsing.forest.touches(candidate) {
+            true => &mut self.growing,
+            false => &mut self.beginning,
+        };
+        queue.push(Reverse(Queued { cost, ends }));
     }
 
     /// The cost of a collapse that may be performed and fits the forest; what is cheap to find out comes first.
@@ -120,20 +139,6 @@ impl<C: Fn(u32, u32, &[[u32; 3]]) -> Option<f64>> Growth<'_, C> {
         }
         self.collapsing.look([candidate.blue, candidate.red]).ok()?;
         self.cost(candidate)
-    }
-
-    /// The neighbours of a vertex, virtual ones left out.
-    fn neighbours(&self, vertex: u32) -> Vec<u32> {
-        let Collapsing { connectivity, fine, .. } = &self.collapsing;
-        let corners = connectivity
-            .star(vertex)
-            .flat_map(|triangle| connectivity.corners(triangle));
-        let mut neighbours: Vec<u32> = corners
-            .filter(|&other| other != vertex && !fine.is_virtual(other))
-            .collect();
-        neighbours.sort_unstable();
-        neighbours.dedup();
-        neighbours
     }
 
     fn cost(&self, Candidate { blue, red, .. }: Candidate) -> Option<f64> {
