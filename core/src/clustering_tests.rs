@@ -50,7 +50,7 @@ fn a_triangle_has_the_level_of_the_clustering_that_makes_it_degenerate() {
     let clustered = clustered_mesh(&POSITIONS, &TRIANGLES, &steps()).unwrap();
     assert_eq!(clustered.triangle_order, [2, 1, 0, 3]);
     let counts: Vec<_> = (0..3)
-        .map(|level| clustered.mesh.triangles_in_lod(level).unwrap())
+        .map(|level| clustered.mesh.end(level).unwrap().triangles)
         .collect();
     assert_eq!(counts, [4, 2, 1]);
 }
@@ -72,7 +72,7 @@ fn equally_near_ancestors_leave_the_first_of_them() {
     let all_in_one = step(&[[1.0, 0.5]], &[0, 0, 0]);
     let clustered = clustered_mesh(&[[0.0, 0.0], [2.0, 0.0], [1.0, 2.0]], &[[0, 1, 2]], &[all_in_one]).unwrap();
     assert_eq!(clustered.vertex_order, [0, 1, 2]);
-    assert_eq!(clustered.mesh.triangles_in_lod(1), Some(0));
+    assert_eq!(clustered.mesh.end(1).unwrap().triangles, 0);
 }
 
 #[test]

@@ -17,6 +17,14 @@ fn text_and_json_say_the_same() {
 }
 
 #[test]
+fn coordinates_are_read_to_the_last_bit() {
+    let [text, json] = ["5 1 1.440683692773128 0 0", "[[5, 1, 1.440683692773128, 0, 0]]"];
+    let expected = [collapse(5, 1, Some([1.440683692773128, 0.0, 0.0]))];
+    assert_eq!(parse_text(text).unwrap(), expected);
+    assert_eq!(parse_json(json).unwrap(), expected);
+}
+
+#[test]
 fn faults_are_told_with_their_place() {
     let text = |text: &str| parse_text(text).unwrap_err().to_string();
     let json = |text: &str| parse_json(text).unwrap_err().to_string();

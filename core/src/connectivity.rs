@@ -3,6 +3,10 @@
 //! Corner `3t + k` is the `k`th corner of triangle `t`. The corners that meet in a vertex form a ring, linked in both
 //! directions, in no particular order, so that any set of triangles can be held, a 2-manifold or not.
 //!
+//! That is what the half-edges of `half_edges.rs` cannot do, on which the simplifiers of height fields swap edges and split
+//! triangles: they walk around a vertex in order, and need a 2-manifold for it. Logs, models and clusterings come from
+//! anywhere, and whether they are manifold is found out here.
+//!
 //! ```text
 //!            x                        x
 //!          ╱ │ ╲                      │ ╲        removed: (blue, red, x), (red, blue, y)

@@ -124,6 +124,24 @@ fn connectivity_costs_at_most_three_and_a_half_bits_for_each_added_triangle() {
     }
 }
 
+/// Each collapse asks again about the edges that it changed, however many triangles its red vertex has by then.
+#[test]
+fn choosing_a_batch_asks_for_few_costs_whatever_the_size_of_the_surface() {
+    let asked_for_each_triangle = |point_count: usize| {
+        let (_, fine) = terrain(point_count, &mut Rng::with_seed(5));
+        let (asked, cost) = (std::cell::Cell::new(0), random_cost(5));
+        let batch = largest_batch(&fine, |blue, red, kept| {
+            asked.set(asked.get() + 1);
+            cost(blue, red, kept)
+        });
+        assert!(batch.len() > point_count * 2 / 5, "{} collapses", batch.len());
+        f64::from(asked.get()) / fine.triangles().len() as f64
+    };
+    let figures = [500, 8000].map(asked_for_each_triangle);
+    println!("{figures:?}");
+    assert!(figures.iter().all(|&figure| figure < 7.0), "{figures:?}");
+}
+
 #[test]
 fn every_batch_of_every_small_surface_comes_back() {
     for seed in 0..60 {

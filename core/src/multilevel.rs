@@ -18,10 +18,11 @@
 
 mod ascii;
 mod build;
+mod needed;
 mod tokens;
 mod view;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use thiserror::Error;
@@ -138,11 +139,13 @@ pub struct LevelError {
     pub fault: LevelFault,
 }
 
-/// How far the arrays reach for one level of detail.
+/// How far the arrays reach for one level of detail: a prefix of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct LevelEnd {
-    pub(crate) vertices: u32,
-    pub(crate) triangles: u32,
+pub struct LevelEnd {
+    /// Its vertices.
+    pub vertices: u32,
+    /// Its triangles.
+    pub triangles: u32,
 }
 
 /// A mesh and its levels of detail, as many as have arrived.
@@ -228,16 +231,12 @@ impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
         self.ends.len()
     }
 
-    /// Vertices of level of detail `level`: a prefix of [`positions`](Self::positions). None where there is no such level.
+    /// How much of [`positions`](Self::positions) and [`triangles`](Self::triangles) level of detail `level` has. None where
+    /// there is no such level.
     #[must_use]
-    pub fn vertices_in_lod(&self, level: usize) -> Option<usize> {
-        self.end(level).map(|end| end.vertices as usize)
-    }
-
-    /// Triangles of level of detail `level`: a prefix of [`triangles`](Self::triangles). None where there is no such level.
-    #[must_use]
-    pub fn triangles_in_lod(&self, level: usize) -> Option<usize> {
-        self.end(level).map(|end| end.triangles as usize)
+    pub fn end(&self, level: usize) -> Option<LevelEnd> {
+        let place = self.ends.len().checked_sub(level + 1)?;
+        Some(self.ends[place])
     }
 
     /// All vertices that have arrived, coarsest first.
@@ -268,23 +267,6 @@ impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
         arrived.chain(self.awaited.iter().map(|(&vertex, &own)| (vertex, own)))
     }
 
-    /// Forgets the representatives that no level of detail draws with. Those that are left, [`to_ascii`] writes; with
-    /// all of them, geomorphs move more vertices.
-    pub fn keep_needed_representatives(&mut self) {
-        let mut needed = Vec::new();
-        let mut links = NeededLinks::new(self);
-        for level in (0..self.level_count()).rev() {
-            for triangle in self.level_range(level).1 {
-                links.visit(level, triangle, |vertex, own| needed.push((vertex, own)));
-            }
-        }
-        self.representatives = (0..).take(self.positions.len()).collect();
-        self.awaited.clear();
-        needed
-            .into_iter()
-            .for_each(|(vertex, own)| self.set_representative(vertex, own));
-    }
-
     /// Where vertices and triangles of level `level` alone stand in the arrays.
     fn level_range(&self, level: usize) -> (Range<usize>, Range<usize>) {
         let start = self.end(level + 1).unwrap_or_default();
@@ -293,11 +275,6 @@ impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
             start.vertices as usize..end.vertices as usize,
             start.triangles as usize..end.triangles as usize,
         )
-    }
-
-    fn end(&self, level: usize) -> Option<LevelEnd> {
-        let place = self.ends.len().checked_sub(level + 1)?;
-        Some(self.ends[place])
     }
 
     fn check_size(&self, batch: &LevelBatch<DIMENSION>) -> Result<(), LevelError> {
@@ -426,33 +403,6 @@ fn check_distinct([a, b, c]: [u32; 3]) -> Result<(), LevelFault> {
         () if a == b || a == c => Err(LevelFault::Degenerate(a)),
         () if b == c => Err(LevelFault::Degenerate(b)),
         () => Ok(()),
-    }
-}
-
-/// Finds the representatives that a reader needs, each at the first triangle that it cannot draw without it.
-struct NeededLinks<'a, const DIMENSION: usize> {
-    mesh: &'a MultilevelMesh<DIMENSION>,
-    given: HashSet<u32>,
-}
-
-impl<'a, const DIMENSION: usize> NeededLinks<'a, DIMENSION> {
-    fn new(mesh: &'a MultilevelMesh<DIMENSION>) -> Self {
-        let given = HashSet::new();
-        Self { mesh, given }
-    }
-
-    /// Hands every vertex and representative to `give` that triangle `triangle` of level `level` is the first to need.
-    fn visit(&mut self, level: usize, triangle: usize, mut give: impl FnMut(u32, u32)) {
-        let present = self.mesh.vertices_in_lod(level).unwrap_or(0);
-        for mut vertex in self.mesh.triangles[triangle] {
-            while vertex as usize >= present && self.given.insert(vertex) {
-                let Some(own) = self.mesh.representative(vertex) else {
-                    break;
-                };
-                give(vertex, own);
-                vertex = own;
-            }
-        }
     }
 }
 

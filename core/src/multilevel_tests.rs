@@ -53,11 +53,12 @@ fn levels_are_numbered_from_the_finest_that_has_arrived() {
     let mut counts = Vec::new();
     for batch in batches() {
         mesh.add_level(batch).unwrap();
-        counts.push((mesh.vertices_in_lod(0), mesh.triangles_in_lod(0)));
+        let end = mesh.end(0).unwrap();
+        counts.push((end.vertices, end.triangles));
     }
-    assert_eq!(counts, [(Some(4), Some(2)), (Some(5), Some(4)), (Some(6), Some(6))]);
-    assert_eq!(mesh.vertices_in_lod(2), Some(4));
-    assert_eq!(mesh.vertices_in_lod(3), None);
+    assert_eq!(counts, [(4, 2), (5, 4), (6, 6)]);
+    assert_eq!(mesh.end(2).unwrap().vertices, 4);
+    assert_eq!(mesh.end(3), None);
 }
 
 #[test]

@@ -119,6 +119,28 @@ fn the_program_writes_the_answer_to_the_file_named() {
 }
 
 #[test]
+fn lists_that_a_vector_does_not_have_ask_for_nothing() {
+    let mut vector = read(&workspace().join("tests/vectors/dag_grid3.json"));
+    let graph = vector["expected"]["collapse_constraints"].clone();
+    vector["expected"] = json!({});
+    let answer = vectors::answer(&vector).unwrap();
+    assert_eq!(answer["expected"]["collapse_constraints"], graph);
+    assert_eq!(answer["expected"]["dual_queue"], json!([]));
+}
+
+/// One order of the edges of a spanning tree is as good as another.
+#[test]
+fn spanning_trees_may_come_in_any_order() {
+    let tetrahedron = json!([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
+    let case = json!({ "triangles": tetrahedron, "spanning_tree": [[3, 2], [1, 0], [2, 0]] });
+    let answer = vectors::answer(&json!({ "kind": "forest_counts", "expected": { "cases": [case] } })).unwrap();
+    let counts = &answer["expected"]["cases"][0]["counts"];
+    assert_eq!((&counts["trees"], &counts["added_triangles"]), (&json!(1), &json!(4)));
+    // All six edges are asked about but 1–2, whose ends the first two join.
+    assert_eq!(counts["mark_bits_with_forest_constraint"], 5);
+}
+
+#[test]
 fn a_log_that_is_not_valid_is_refused_with_its_index() {
     let mut vector = read(&workspace().join("tests/vectors/partition_grid3.json"));
     vector["collapses"][2] = json!([6, 4]);

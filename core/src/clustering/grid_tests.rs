@@ -34,7 +34,7 @@ fn any_mesh_becomes_multilevel_and_coarser_level_by_level() {
         .collect();
     let clusterings = grid_clusterings(&positions, 2.0, 3).unwrap();
     let mesh = clustered_mesh(&positions, &triangles, &clusterings).unwrap().mesh;
-    let counts: Vec<_> = (0..4).map(|level| mesh.vertices_in_lod(level).unwrap()).collect();
+    let counts: Vec<_> = (0..4).map(|level| mesh.end(level).unwrap().vertices).collect();
     assert_eq!(counts[0], 81);
     assert!(counts.windows(2).all(|pair| pair[1] < pair[0]), "{counts:?}");
     let mut view = LevelView::default();

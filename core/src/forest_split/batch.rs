@@ -146,10 +146,23 @@ impl<'a> Collapsing<'a> {
         }
     }
 
+    /// What a collapse and its two triangles would concern, whether it can be performed or not; None where not two triangles
+    /// share the edge.
+    pub(super) fn candidate(&self, [blue, red]: [u32; 2]) -> Option<Candidate> {
+        let around = self
+            .connectivity
+            .star(blue)
+            .map(|triangle| self.connectivity.corners(triangle));
+        let along = around.filter(|corners| corners.contains(&red));
+        let mut wings = along.map(|[a, b, c]| a ^ b ^ c ^ blue ^ red);
+        let pair = [wings.next()?, wings.next()?];
+        wings.next().is_none().then_some(Candidate { blue, red, wings: pair })
+    }
+
     /// Gathers the star of an edge and checks that it can collapse.
     pub(super) fn look(&mut self, ends: [u32; 2]) -> Result<Candidate, CollapseFault> {
         self.gather(ends)?;
-        self.candidate(ends)
+        self.looked_at(ends)
     }
 
     fn gather(&mut self, [blue, red]: [u32; 2]) -> Result<(), CollapseFault> {
@@ -161,17 +174,9 @@ impl<'a> Collapsing<'a> {
     }
 
     /// The collapse whose star was gathered last.
-    fn candidate(&self, [blue, red]: [u32; 2]) -> Result<Candidate, CollapseFault> {
+    fn looked_at(&self, ends: [u32; 2]) -> Result<Candidate, CollapseFault> {
         self.star.link_condition()?;
-        let &[first, second] = self.star.removed() else {
-            return Err(LinkFault::NoEdge.into());
-        };
-        let wing = |triangle| {
-            let [a, b, c] = self.connectivity.corners(triangle);
-            a ^ b ^ c ^ blue ^ red
-        };
-        let wings = [wing(first), wing(second)];
-        Ok(Candidate { blue, red, wings })
+        Ok(self.candidate(ends).ok_or(LinkFault::NoEdge)?)
     }
 
     /// Performs the collapse that was looked at last.
@@ -182,6 +187,11 @@ impl<'a> Collapsing<'a> {
         }
         self.connectivity.collapse(&self.star, &mut self.moved);
         self.forest.add(candidate);
+    }
+
+    /// The corners that the last collapse gave over from its blue vertex to its red one.
+    pub(super) fn moved(&self) -> &[u32] {
+        &self.moved
     }
 
     fn perform_admitted(&mut self, ends: [u32; 2]) -> Result<(), CollapseFault> {
@@ -198,7 +208,7 @@ impl<'a> Collapsing<'a> {
     fn take(&mut self, ends: [u32; 2], later: &mut Later) -> Result<bool, CollapseFault> {
         self.gather(ends)?;
         if !later.is_waiting_at(self.star.vertices()) {
-            let candidate = self.candidate(ends)?;
+            let candidate = self.looked_at(ends)?;
             if self.forest.admits(candidate) {
                 self.perform(candidate);
                 return Ok(true);

@@ -38,6 +38,17 @@ pub(super) struct Candidate {
     pub(super) wings: [u32; 2],
 }
 
+impl Candidate {
+    /// The collapse of the same edge the other way.
+    pub(super) fn reversed(self) -> Self {
+        Self {
+            blue: self.red,
+            red: self.blue,
+            wings: self.wings,
+        }
+    }
+}
+
 impl Forest {
     /// No marks on a surface of so many real vertices.
     pub(super) fn new(vertex_count: u32) -> Self {

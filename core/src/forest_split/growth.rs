@@ -1,11 +1,10 @@
 //! Choosing collapses so that one forest split undoes as many of them as possible.
 //!
 //! ```text
-//! queue ← every collapse of an edge, by cost
-//! until it is empty:
-//!     take the cheapest that may still be performed and fits the forest
-//!     if it adds to a tree, or nothing else in the queue does: perform it; queue the edges around it again
-//!     else: keep it until then
+//! queues ← every collapse of an edge, by cost: those that add to a tree, and those that begin one
+//! until both are empty:
+//!     take the cheapest of the first queue, or else of the second; pass over it if it no longer fits the forest
+//!     perform it; queue what fits of the edges that it changed
 //! ```
 //!
 //! Trees grow before new ones begin, because two trees keep the vertices between them from both.
@@ -26,10 +25,12 @@ pub fn largest_batch(fine: &Surface, cost: impl Fn(u32, u32, &[[u32; 3]]) -> Opt
     let mut growth = Growth {
         collapsing: Collapsing::new(fine),
         cost,
-        queue: BinaryHeap::new(),
-        new_trees: BinaryHeap::new(),
+        growing: BinaryHeap::new(),
+        beginning: BinaryHeap::new(),
     };
-    (0..fine.vertex_count()).for_each(|vertex| growth.enqueue(vertex));
+    for edge in fine.edges() {
+        growth.enqueue(edge);
+    }
     let mut collapses = Vec::new();
     while let Some(queued) = growth.next() {
         collapses.extend(growth.perform(queued));
@@ -42,8 +43,6 @@ pub fn largest_batch(fine: &Surface, cost: impl Fn(u32, u32, &[[u32; 3]]) -> Opt
 struct Queued {
     cost: f64,
     ends: [u32; 2],
-    /// Whether it has to wait for another turn if it would begin a new tree.
-    must_grow: bool,
 }
 
 impl Eq for Queued {}
@@ -63,62 +62,83 @@ impl PartialOrd for Queued {
 struct Growth<'a, C> {
     collapsing: Collapsing<'a>,
     cost: C,
-    queue: BinaryHeap<Reverse<Queued>>,
-    new_trees: BinaryHeap<Reverse<Queued>>,
+    /// Collapses that add to a tree.
+    growing: BinaryHeap<Reverse<Queued>>,
+    /// Those that begin one.
+    beginning: BinaryHeap<Reverse<Queued>>,
 }
 
 impl<C: Fn(u32, u32, &[[u32; 3]]) -> Option<f64>> Growth<'_, C> {
     fn next(&mut self) -> Option<Queued> {
-        let Reverse(queued) = self.queue.pop().or_else(|| self.new_trees.pop())?;
+        let Reverse(queued) = self.growing.pop().or_else(|| self.beginning.pop())?;
         Some(queued)
     }
 
-    /// Performs a collapse if it is still what was queued, and its turn.
+    /// Performs a collapse if it still fits; if its cost is another by now, it has to wait for another turn.
     fn perform(&mut self, queued: Queued) -> Option<[u32; 2]> {
-        let candidate = self.collapsing.look(queued.ends).ok()?;
-        let is_current = self.cost(candidate) == Some(queued.cost);
-        if !is_current || !self.collapsing.forest.admits(candidate) {
-            return None;
-        }
-        if queued.must_grow && !self.collapsing.forest.touches(candidate) {
-            let must_grow = false;
-            self.new_trees.push(Reverse(Queued { must_grow, ..queued }));
+        let candidate = self.collapsing.candidate(queued.ends)?;
+        let cost = self.cost_if_it_fits(candidate)?;
+        if cost.total_cmp(&queued.cost).is_ne() {
+            self.push(candidate, cost);
             return None;
         }
         self.collapsing.perform(candidate);
-        let changed = [candidate.red].into_iter().chain(candidate.wings);
-        changed.for_each(|vertex| self.enqueue(vertex));
+        self.changed_edges(candidate)
+            .into_iter()
+            .for_each(|edge| self.enqueue(edge));
         Some(queued.ends)
     }
 
-    /// Puts every edge at `vertex` into the queue, in both directions.
-    fn enqueue(&mut self, vertex: u32) {
-        if self.collapsing.fine.is_virtual(vertex) {
-            return;
+    /// The edges that a collapse gave another end, and those in a triangle with an edge that it marked: what can begin to
+    /// fit is among them. Not all edges of the red vertex are, which may have very many.
+    fn changed_edges(&self, Candidate { red, wings, .. }: Candidate) -> Vec<[u32; 2]> {
+        let Collapsing { connectivity, fine, .. } = &self.collapsing;
+        let moved = self.collapsing.moved().iter().map(|corner| corner / 3);
+        let mut edges = Vec::new();
+        for [a, b, c] in moved.map(|triangle| connectivity.corners(triangle)) {
+            edges.extend([[a, red], [b, red], [c, red]]);
         }
-        let neighbours = self.neighbours(vertex).into_iter();
-        for ends in neighbours.flat_map(|other| [[vertex, other], [other, vertex]]) {
-            let Ok(candidate) = self.collapsing.look(ends) else {
-                continue;
-            };
-            let queued = self.cost(candidate).map(|cost| Queued {
-                cost,
-                ends,
-                must_grow: true,
-            });
-            self.queue.extend(queued.map(Reverse));
+        for wing in wings {
+            let around = connectivity.star(wing).map(|triangle| connectivity.corners(triangle));
+            for [a, b, c] in around.filter(|corners| corners.contains(&red)) {
+                edges.extend([[a, b], [b, c], [c, a]]);
+            }
+        }
+        edges.retain(|&[from, to]| from != to && !fine.is_virtual(from) && !fine.is_virtual(to));
+        edges.iter_mut().for_each(|edge| edge.sort_unstable());
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// Puts both collapses of an edge into their queues as far as they fit.
+    fn enqueue(&mut self, edge: [u32; 2]) {
+        let Some(candidate) = self.collapsing.candidate(edge) else {
+            return;
+        };
+        for candidate in [candidate, candidate.reversed()] {
+            if let Some(cost) = self.cost_if_it_fits(candidate) {
+                self.push(candidate, cost);
+            }
         }
     }
 
-    fn neighbours(&self, vertex: u32) -> Vec<u32> {
-        let connectivity = &self.collapsing.connectivity;
-        let corners = connectivity
-            .star(vertex)
-            .flat_map(|triangle| connectivity.corners(triangle));
-        let mut neighbours: Vec<u32> = corners.filter(|&other| other != vertex).collect();
-        neighbours.sort_unstable();
-        neighbours.dedup();
-        neighbours
+    fn push(&mut self, candidate: Candidate, cost: f64) {
+        let ends = [candidate.blue, candidate.red];
+        let queue = match self.collapsing.forest.touches(candidate) {
+            true => &mut self.growing,
+            false => &mut self.beginning,
+        };
+        queue.push(Reverse(Queued { cost, ends }));
+    }
+
+    /// The cost of a collapse that may be performed and fits the forest; what is cheap to find out comes first.
+    fn cost_if_it_fits(&mut self, candidate: Candidate) -> Option<f64> {
+        if !self.collapsing.forest.admits(candidate) {
+            return None;
+        }
+        self.collapsing.look([candidate.blue, candidate.red]).ok()?;
+        self.cost(candidate)
     }
 
     fn cost(&self, Candidate { blue, red, .. }: Candidate) -> Option<f64> {

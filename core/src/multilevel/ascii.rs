@@ -14,8 +14,9 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
+use super::needed::NeededLinks;
 use super::tokens::{Place, Token, Tokenizer, WordTooLong};
-use super::{LevelBatch, LevelFault, Limits, MultilevelMesh, NeededLinks, check_before, check_distinct};
+use super::{LevelBatch, LevelFault, Limits, MultilevelMesh, check_before, check_distinct};
 
 /// What is wrong with a text.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -9,7 +9,7 @@ use super::MultilevelMesh;
 #[error("level {level} does not exist; the mesh has {count} levels, 0 being the finest")]
 pub struct LevelRangeError {
     /// The level asked for.
-    pub level: f32,
+    pub level: f64,
     /// How many there are.
     pub count: usize,
 }
@@ -43,7 +43,7 @@ impl<const DIMENSION: usize> LevelView<DIMENSION> {
     pub fn set_level(&mut self, mesh: &MultilevelMesh<DIMENSION>, level: usize) -> Result<(), LevelRangeError> {
         let count = mesh.level_count();
         let missing = || LevelRangeError {
-            level: level as f32,
+            level: level as f64,
             count,
         };
         let end = mesh.end(level).ok_or_else(missing)?;
@@ -67,15 +67,15 @@ impl<const DIMENSION: usize> LevelView<DIMENSION> {
     pub fn set_fractional_level(
         &mut self,
         mesh: &MultilevelMesh<DIMENSION>,
-        level: f32,
+        level: impl Into<f64>,
     ) -> Result<(), LevelRangeError> {
-        let count = mesh.level_count();
-        if !(level >= 0.0 && f64::from(level) <= count as f64 - 1.0) {
+        let (level, count) = (level.into(), mesh.level_count());
+        if !(level >= 0.0 && level <= count as f64 - 1.0) {
             return Err(LevelRangeError { level, count });
         }
         let finer = level.floor() as usize;
         self.set_level(mesh, finer)?;
-        let own_weight = 1.0 - f64::from(level.fract());
+        let own_weight = 1.0 - level.fract();
         if let Some(coarser) = mesh.end(finer + 1) {
             self.morph(mesh, coarser.vertices, own_weight);
         }

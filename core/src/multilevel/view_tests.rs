@@ -39,6 +39,20 @@ fn a_geomorph_moves_the_new_vertices_from_their_representatives() {
 }
 
 #[test]
+fn a_level_of_64_bits_is_not_rounded_to_32() {
+    let mesh = square();
+    let mut view = LevelView::default();
+    view.set_fractional_level(&mesh, 0.1).unwrap();
+    assert!(
+        (view.positions()[5][0] - 2.9).abs() < 1e-15,
+        "{:?}",
+        view.positions()[5]
+    );
+    view.set_fractional_level(&mesh, 0.1_f32).unwrap();
+    assert!((view.positions()[5][0] - 2.9).abs() > 1e-9, "{:?}", view.positions()[5]);
+}
+
+#[test]
 fn a_vertex_without_representative_is_at_its_own_place_at_once() {
     let mut mesh = MultilevelMesh::default();
     let [mut coarse, middle, mut fine] = batches();
@@ -59,7 +73,7 @@ fn whole_numbers_are_the_levels_themselves() {
     let (mut whole, mut fractional) = (LevelView::default(), LevelView::default());
     for level in 0..3_u8 {
         whole.set_level(&mesh, level.into()).unwrap();
-        fractional.set_fractional_level(&mesh, level.into()).unwrap();
+        fractional.set_fractional_level(&mesh, level).unwrap();
         assert_eq!(whole.positions(), fractional.positions());
         assert_eq!(whole.triangles(), fractional.triangles());
     }

@@ -16,7 +16,7 @@ use terrain_core::replay::{Demand, Replay};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 
 use super::audit::Audit;
-use super::{dag, input};
+use super::{dag, input, partition};
 
 const INPUTS: [&str; 5] = ["vertices", "triangles", "collapses", "errors", "max_error"];
 
@@ -55,10 +55,10 @@ fn forest(case: &Value) -> Result<Value> {
     let removed: Vec<usize> = (0..mesh.triangles.len())
         .filter(|&triangle| replay.triangle_levels[triangle] < replay.top_level)
         .collect();
-    let marked: BTreeSet<Vec<u32>> = removed
-        .iter()
-        .map(|&triangle| coarse_edge(&replay, mesh.triangles[triangle]))
-        .collect();
+    let partition = SurfacePartition::from_replay(&mesh, &replay, &replay.level_batches(&log, 0.0))?;
+    let roots = partition::roots(&mut LevelView::new(&partition), &replay.vertex_order());
+    let coarse_edge = |&triangle: &usize| mesh.triangles[triangle].map(|corner| roots[corner as usize]).into();
+    let marked: BTreeSet<BTreeSet<u32>> = removed.iter().map(coarse_edge).collect();
     let fine = Surface::new(mesh.positions.len() as u32, &mesh.triangles)?;
     let refusal = coarsen(&fine, &input::read::<Vec<[u32; 2]>>(case, "collapses")?).err();
     answer["why"] = json!(refusal.map(|error| error.to_string()));
@@ -67,20 +67,6 @@ fn forest(case: &Value) -> Result<Value> {
     answer["removed"] = json!(removed);
     answer["marked_coarse_edges"] = json!(marked);
     Ok(answer)
-}
-
-/// What collapses leave of a triangle that they remove.
-fn coarse_edge(replay: &Replay, triangle: [u32; 3]) -> Vec<u32> {
-    let mut ends = triangle.map(|mut vertex| {
-        while replay.representatives[vertex as usize] != vertex {
-            vertex = replay.representatives[vertex as usize];
-        }
-        vertex
-    });
-    ends.sort_unstable();
-    let mut ends = ends.to_vec();
-    ends.dedup();
-    ends
 }
 
 fn collapses(case: &Value) -> Result<Value> {

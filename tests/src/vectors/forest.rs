@@ -45,8 +45,11 @@ pub(super) fn all_counts(vector: &Value) -> Result<Value> {
         let triangles: Vec<[u32; 3]> = input::read(&case, "triangles")?;
         let vertex_count = triangles.iter().flatten().max().map_or(0, |&last| last + 1);
         let surface = Surface::new(vertex_count, &triangles)?;
+        let mut edges: Vec<[u32; 2]> = input::read(&case, "spanning_tree")?;
+        edges.iter_mut().for_each(|edge| edge.sort_unstable());
+        edges.sort_unstable();
         let split = ForestSplit {
-            edges: input::read(&case, "spanning_tree")?,
+            edges,
             ..ForestSplit::default()
         };
         case["counts"] = counts(&surface, &split.edges, split.trees(&surface)?.len());
@@ -80,23 +83,27 @@ fn counts(surface: &Surface, marked: &[[u32; 2]], trees: usize) -> Value {
 /// The marks in the vectors' order, edges growing; left out are those whose ends marked edges join already. The product's own
 /// order is another, which leaves out more.
 fn mark_bits(surface: &Surface, marked: &[[u32; 2]]) -> Vec<bool> {
-    let mut tree_of: Vec<u32> = (0..surface.vertex_count()).collect();
+    let mut parents: Vec<u32> = (0..surface.vertex_count()).collect();
     let mut bits = Vec::new();
-    for [a, b] in surface.edges() {
-        let (from, to) = (tree_of[a as usize], tree_of[b as usize]);
-        if from == to {
-            continue;
-        }
-        let is_marked = marked.contains(&[a, b]);
-        bits.push(is_marked);
-        if is_marked {
-            tree_of
-                .iter_mut()
-                .filter(|tree| **tree == from)
-                .for_each(|tree| *tree = to);
+    for edge in surface.edges() {
+        let [a, b] = edge.map(|end| root(&mut parents, end));
+        if a != b {
+            let is_marked = marked.binary_search(&edge).is_ok();
+            bits.push(is_marked);
+            parents[a as usize] = if is_marked { b } else { a };
         }
     }
     bits
+}
+
+/// The vertex that stands for all of a tree, path halving on the way.
+fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+    while parents[vertex as usize] != vertex {
+        let above = parents[parents[vertex as usize] as usize];
+        parents[vertex as usize] = above;
+        vertex = above;
+    }
+    vertex
 }
 
 fn as_bits(bits: &[bool]) -> Vec<u8> {

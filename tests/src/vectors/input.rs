@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use glam::DVec3;
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use terrain_core::collapse_list::{self, ListedCollapse};
@@ -10,7 +11,7 @@ use terrain_core::{CollapseLog, Mesh};
 /// A value of a known shape under `key`.
 pub(super) fn read<T: DeserializeOwned>(value: &Value, key: &str) -> Result<T> {
     let found = value.get(key).with_context(|| format!("{key:?} is missing"))?;
-    serde_json::from_value(found.clone()).with_context(|| format!("{key:?} has another shape"))
+    T::deserialize(found).with_context(|| format!("{key:?} has another shape"))
 }
 
 /// The mesh of `positions` and `triangles`.
@@ -38,7 +39,7 @@ pub(super) fn log(vector: &Value, mesh: &Mesh) -> Result<CollapseLog> {
     let pairs: Vec<[u32; 2]> = read(vector, "collapses")?;
     let moved_to = |index: usize| {
         let moved = vector.get("moved")?.get(index.to_string())?;
-        Some(serde_json::from_value::<[f64; 3]>(moved.clone()).map(DVec3::from_array))
+        Some(<[f64; 3]>::deserialize(moved).map(DVec3::from_array))
     };
     let listed = pairs.iter().enumerate().map(|(index, &[blue, red])| {
         let moved_to = moved_to(index).transpose()?;

@@ -72,10 +72,11 @@ pub(super) fn levels<const DIMENSION: usize>(mesh: &MultilevelMesh<DIMENSION>, v
         view.set_level(mesh, level)?;
         lods.push(json!(view.triangles()));
     }
+    let ends = || (0..count).filter_map(|level| mesh.end(level));
     Ok(json!({
         "levels": count,
-        "vertices_in_lod": (0..count).map(|level| mesh.vertices_in_lod(level)).collect::<Vec<_>>(),
-        "triangles_in_lod": (0..count).map(|level| mesh.triangles_in_lod(level)).collect::<Vec<_>>(),
+        "vertices_in_lod": ends().map(|end| end.vertices).collect::<Vec<_>>(),
+        "triangles_in_lod": ends().map(|end| end.triangles).collect::<Vec<_>>(),
         "representatives": representatives(mesh),
         "triangles": mesh.triangles(),
         "positions": positions(mesh.positions()),
@@ -96,7 +97,7 @@ fn geomorphs<const DIMENSION: usize>(mesh: &MultilevelMesh<DIMENSION>, vector: &
     };
     let mut view = LevelView::default();
     let geomorph = |asked: &Value| {
-        view.set_fractional_level(mesh, input::read(asked, "level")?)?;
+        view.set_fractional_level(mesh, input::read::<f64>(asked, "level")?)?;
         Ok(json!({
             "level": asked["level"],
             "triangles": view.triangles(),

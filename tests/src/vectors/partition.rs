@@ -104,7 +104,7 @@ fn lods(replay: &Replay, partition: &SurfacePartition, has_moved: bool) -> Value
 }
 
 /// The path-compressed representative of each vertex, in the mesh's numbering.
-fn roots(view: &mut LevelView, order: &[u32]) -> Vec<u32> {
+pub(super) fn roots(view: &mut LevelView, order: &[u32]) -> Vec<u32> {
     let mut roots = vec![0; order.len()];
     for (place, &vertex) in (0..).zip(order) {
         roots[vertex as usize] = order[view.root(place) as usize];
