@@ -68,26 +68,25 @@ pub(super) fn leveled(
         Ok(()) => (collapsed(model, &tree, target, placement, progress)?, Way::Collapses),
         Err(fault) => (clustered(model, &tree, target, progress)?, Way::Clustering(fault)),
     };
-    certify_levels(&mut leveled.partition, &model.mesh, &tree, progress);
+    certify_levels(&mut leveled.partition, &tree, progress);
     Ok((leveled, way))
 }
 
 /// Measures each level; the finest one is the model. Errors never shrink towards the coarsest.
-fn certify_levels(partition: &mut SurfacePartition, mesh: &Mesh, tree: &SurfaceTree, progress: &Progress) {
+fn certify_levels(partition: &mut SurfacePartition, tree: &SurfaceTree, progress: &Progress) {
     let finest = partition.levels.len() - 1;
     progress.stage("measuring levels", finest as u64);
     partition.levels[finest].error = 0.0;
     for level in (0..finest).rev() {
         let finer = partition.levels[level + 1].error;
-        partition.levels[level].error = distance(partition, level, mesh, tree).max(finer);
+        partition.levels[level].error = distance(partition, level, tree).max(finer);
         progress.advance(1);
     }
     progress.done();
 }
 
-fn distance(partition: &SurfacePartition, level: usize, mesh: &Mesh, tree: &SurfaceTree) -> f64 {
-    let surface = partition.lod(level);
-    certify::distance((&surface, &SurfaceTree::new(&surface)), (mesh, tree))
+fn distance(partition: &SurfacePartition, level: usize, model: &SurfaceTree) -> f64 {
+    certify::distance(&SurfaceTree::new(&partition.lod(level)), model)
 }
 
 fn collapsed(
@@ -119,7 +118,7 @@ fn collapsed(
             progress,
         )?;
         let leveled = from_log(model, &log)?;
-        let reached = distance(&leveled.partition, 0, &model.mesh, tree);
+        let reached = distance(&leveled.partition, 0, tree);
         if reached <= error {
             return Ok(leveled);
         }
@@ -176,7 +175,7 @@ fn clustered(model: &Model, tree: &SurfaceTree, target: Target, progress: &Progr
     let is_small = |cell: &f64, most: usize| clustered.triangles_left(*cell).is_some_and(|count| count <= most);
     let keeps = |cell: &f64, error: f64| {
         let leveled = clustered.down_to(Some(*cell));
-        leveled.is_ok_and(|leveled| distance(&leveled.partition, 0, &model.mesh, tree) <= error)
+        leveled.is_ok_and(|leveled| distance(&leveled.partition, 0, tree) <= error)
     };
     let coarsest = match target {
         Target::Coarsest => cells().find(is_drawn),
