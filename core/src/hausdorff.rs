@@ -84,12 +84,12 @@ impl SurfaceTree {
         self.facets.facets()
     }
 
-    /// The largest distance from this surface of the corners and the middles of `triangles`, which should follow each other
+    /// The largest distance from this surface of the first corners and the middles of `triangles`, which should follow each other
     /// in space; infinite where the surface has no triangles.
     #[must_use]
     pub fn farthest(&self, triangles: &[[DVec3; 3]]) -> f64 {
         let (mut squared, mut expected) = (0.0, 0);
-        for point in triangles.iter().flat_map(|&[a, b, c]| [a, b, c, (a + b + c) / 3.0]) {
+        for point in triangles.iter().flat_map(|&[a, b, c]| [a, (a + b + c) / 3.0]) {
             let Some(nearest) = self.facets.nearest(point, expected, squared) else {
                 return f64::INFINITY;
             };

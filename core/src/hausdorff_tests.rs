@@ -65,7 +65,7 @@ fn a_bound_that_is_enough_is_not_made_better() {
 #[test]
 fn nothing_is_infinitely_far_and_triangles_without_area_are_lines() {
     let empty = SurfaceTree::new(&Mesh::default());
-    assert_eq!(empty.distance(DVec3::ZERO), f64::INFINITY);
+    assert_eq!(empty.farthest(&[[DVec3::ZERO; 3]]), f64::INFINITY);
     assert_eq!(empty.bound(&[[DVec3::ZERO; 3]], 1.0), f64::INFINITY);
     let line = Mesh {
         positions: vec![at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(4.0, 0.0, 0.0)],

@@ -92,8 +92,16 @@ struct Scratch {
 #[derive(Clone, Copy)]
 struct Candidate {
     edge: Edge,
-    /// Where the quadrics are least, if the red vertex may go there.
-    best: Option<DVec3>,
+    /// Where the quadrics are least, if the red vertex may go there, and where it is.
+    choices: [Option<Choice>; 2],
+    /// The lesser distance of both.
+    distance: f64,
+}
+
+/// A place for the red vertex.
+#[derive(Clone, Copy)]
+struct Choice {
+    at: DVec3,
     /// Root of the mean squared distance of the planes from there.
     distance: f64,
 }
@@ -271,19 +279,23 @@ impl ModelSimplifier {
     fn candidate(&self, edge: Edge, attempt: Attempt) -> Candidate {
         let [blue, red] = [edge.blue, edge.red].map(|vertex| self.positions[vertex as usize] - self.centre);
         let sum = self.quadrics[edge.blue as usize] + self.quadrics[edge.red as usize];
+        let choice = |place: DVec3| Choice {
+            at: place + self.centre,
+            distance: sum.mean_distance(place),
+        };
         let may_move = self.placement == Placement::Best
             && self.connectivity.is_boundary(edge.blue) == self.connectivity.is_boundary(edge.red);
-        let place = if may_move {
-            sum.best_place((blue + red) / 2.0)
-        } else {
-            red
-        };
         // The best place is the same from both ends: one that failed from the other needs no second try.
         let is_news = !self.queue.is_past(edge.red, attempt.rung);
+        let best = (may_move && is_news).then(|| choice(sum.best_place((blue + red) / 2.0)));
+        let own = Choice {
+            at: self.positions[edge.red as usize],
+            ..choice(red)
+        };
         Candidate {
             edge,
-            best: (may_move && is_news).then_some(place + self.centre),
-            distance: sum.mean_distance(place),
+            choices: [best, Some(own)],
+            distance: best.map_or(own.distance, |best| best.distance.min(own.distance)),
         }
     }
 
@@ -302,12 +314,12 @@ impl ModelSimplifier {
         }
         let star = &mut scratch.star;
         star.gather(&self.connectivity, &self.positions, [edge.blue, edge.red]);
-        let own = self.positions[edge.red as usize];
         let mut needed = f64::INFINITY;
-        for at in candidate.best.into_iter().chain([own]) {
-            if star.keeps_sides(at) {
-                let beside = self.check_distances(star, at, tolerance, self.beside[edge.red as usize]);
-                match beside {
+        for Choice { at, distance } in candidate.choices.into_iter().flatten() {
+            if distance > tolerance {
+                needed = needed.min(distance);
+            } else if star.keeps_sides(at) {
+                match self.check_distances(star, at, tolerance, self.beside[edge.red as usize]) {
                     Ok(beside) => return Ok(Place { at, beside }),
                     Err(distance) => needed = needed.min(distance),
                 }

@@ -18,6 +18,9 @@ use crate::half_edges::{self, HalfEdges};
 const LEAST_COSINE: f64 = 0.2;
 /// Altitude over longest side of the flattest triangle that a collapse may make.
 const LEAST_ALTITUDE: f64 = 1e-4;
+/// Steps along a spoke from one point that is looked at to the next.
+const FEWEST_STEPS: usize = 3;
+const MOST_STEPS: usize = 6;
 
 /// A triangle that the collapse leaves, with the red vertex and two others.
 #[derive(Clone, Copy, Debug)]
@@ -128,11 +131,16 @@ impl Star {
         })
     }
 
-    /// Points of the star with the red vertex at `place`: the middles of its triangles and of its spokes.
+    /// Points of the star with the red vertex at `place`, about as many as it has samples, but not many, in rows along its spokes.
     pub(crate) fn points(&self, place: DVec3) -> impl Iterator<Item = DVec3> + '_ {
+        let each = self.samples.len() / self.facets.len().max(1);
+        let steps = each.isqrt().clamp(FEWEST_STEPS, MOST_STEPS);
+        let is_new = move |&(from, to): &(usize, usize)| from > 0 && from + to < steps;
+        let grid = (0..steps).flat_map(move |to| (0..steps).map(move |from| (from, to)));
+        let grid = grid.filter(is_new);
         self.facets.iter().flat_map(move |facet| {
-            let [from, to] = facet.at;
-            [(place + from + to) / 3.0, place.midpoint(from)]
+            let [along_from, along_to] = facet.at.map(|at| (at - place) / steps as f64);
+            grid.clone().map(move |(from, to)| place + along_from * from as f64 + along_to * to as f64)
         })
     }
 
