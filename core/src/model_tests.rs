@@ -312,7 +312,7 @@ fn far_from_the_origin_the_work_is_the_same() {
         .iter_mut()
         .for_each(|position| *position += DVec3::new(4e6, -3e6, 5e6));
     let [near, far] = [near, far].map(|mesh| simplified(&mesh, Placement::Best, goal).triangle_count() as f64);
-    assert!((near - far).abs() < near * 0.05, "{near} {far}");
+    assert!((near - far).abs() < near * 0.1, "{near} {far}");
 }
 
 #[test]
