@@ -98,7 +98,10 @@ impl FacetTree {
 
 impl Node {
     fn squared_distance(&self, point: DVec3) -> f64 {
-        (self.low - point).max(point - self.high).max(DVec3::ZERO).length_squared()
+        (self.low - point)
+            .max(point - self.high)
+            .max(DVec3::ZERO)
+            .length_squared()
     }
 }
 

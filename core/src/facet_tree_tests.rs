@@ -28,7 +28,11 @@ fn the_nearest_facet_is_that_of_all_wherever_the_search_begins() {
             let facet = facets[order[nearest.facet as usize] as usize];
             assert_eq!(squared_to_triangle(point, facet), least);
             let some = tree.nearest(point, 0, least * 4.0).unwrap();
-            assert!((least..=least * 4.0).contains(&some.squared), "{} {least}", some.squared);
+            assert!(
+                (least..=least * 4.0).contains(&some.squared),
+                "{} {least}",
+                some.squared
+            );
         }
     }
 }

@@ -169,7 +169,10 @@ impl Search<'_> {
     fn look_at(&mut self, piece: &Piece, may_cut: bool) {
         let facets = self.surface.facets.facets();
         let expected = facets.get(piece.over as usize);
-        if let Some(reach) = expected.map(|facet| piece.reach(facet)).filter(|&reach| reach <= self.enough) {
+        if let Some(reach) = expected
+            .map(|facet| piece.reach(facet))
+            .filter(|&reach| reach <= self.enough)
+        {
             self.bound = self.bound.max(reach);
             return;
         }
@@ -191,7 +194,8 @@ impl Search<'_> {
             self.open.extend(piece.halves(nearest.facet));
         } else {
             let across = self.surface.across[nearest.facet as usize];
-            self.open.extend(piece.cut(nearest.facet, facet, across, self.surface.rounding));
+            self.open
+                .extend(piece.cut(nearest.facet, facet, across, self.surface.rounding));
         }
     }
 }

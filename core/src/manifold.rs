@@ -65,7 +65,10 @@ pub fn parted_at_vertices(mesh: &Mesh) -> (Mesh, Vec<u32>) {
         }
     }
     let parted = Mesh {
-        positions: originals.iter().map(|&vertex| mesh.positions[vertex as usize]).collect(),
+        positions: originals
+            .iter()
+            .map(|&vertex| mesh.positions[vertex as usize])
+            .collect(),
         triangles: corners.as_chunks::<3>().0.to_vec(),
     };
     (parted, originals)

@@ -123,6 +123,9 @@ pub enum ModelError {
     /// A coordinate is NaN or infinite.
     #[error("vertex {0} has a coordinate that is no finite number")]
     NotFinite(usize),
+    /// A coordinate is too large to reckon with.
+    #[error("vertex {0} has a coordinate of more than 1e60; scale the model down")]
+    TooFar(usize),
     /// A face uses a vertex that is not there.
     #[error("face {face} uses vertex {vertex}, but there are {count} (counted from 0)")]
     BadIndex {
@@ -249,7 +252,9 @@ impl Form {
             "spm" => Ok(Self::Spm),
             "lod" => Ok(Self::Lod),
             "ply" => Ok(Self::Ply),
-            _ => Encoding::of_file(path).map(Self::World).ok_or(ModelError::UnknownOutput),
+            _ => Encoding::of_file(path)
+                .map(Self::World)
+                .ok_or(ModelError::UnknownOutput),
         }
     }
 
@@ -306,12 +311,7 @@ fn write_level(input: &Path, level: Option<usize>, leveled: &LeveledModel, outpu
     Ok(level)
 }
 
-fn leveled(
-    input: &Path,
-    options: &Options,
-    form: Form,
-    progress: &Progress,
-) -> Result<(LeveledModel, Option<Way>)> {
+fn leveled(input: &Path, options: &Options, form: Form, progress: &Progress) -> Result<(LeveledModel, Option<Way>)> {
     let named = || input.display().to_string();
     progress.stage("reading", 1);
     if let Some(levels) = read_levels(input) {

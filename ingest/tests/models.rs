@@ -20,9 +20,9 @@ struct Surface {
     triangles: Vec<[usize; 3]>,
 }
 
-/// A torus of 768 triangles with bumps.
+/// A torus of 320 triangles with bumps.
 fn torus() -> Surface {
-    let (columns, rows) = (24, 16);
+    let (columns, rows) = (20, 8);
     let at = |vertex: usize| {
         let [u, v] = [
             (vertex % columns) as f64 / columns as f64,
@@ -58,7 +58,12 @@ fn moebius_strip(cells: usize) -> Surface {
     };
     let vertex = |cell: usize, side: usize| if cell < cells { 2 * cell + side } else { 1 - side };
     let cell = |cell: usize| {
-        let [a, b, c, d] = [vertex(cell, 0), vertex(cell, 1), vertex(cell + 1, 0), vertex(cell + 1, 1)];
+        let [a, b, c, d] = [
+            vertex(cell, 0),
+            vertex(cell, 1),
+            vertex(cell + 1, 0),
+            vertex(cell + 1, 1),
+        ];
         [[a, b, c], [c, b, d]]
     };
     Surface {
@@ -70,12 +75,15 @@ fn moebius_strip(cells: usize) -> Surface {
 /// The torus twice, the second one beside the first, or so near that one vertex of it `touches` one of the first.
 fn two_tori(touches: bool) -> Surface {
     let (mut both, mut second) = (torus(), torus());
-    let (rightmost, leftmost) = (both.positions[0], second.positions[12]);
+    let (rightmost, leftmost) = (both.positions[0], second.positions[10]);
     let gap = if touches { 0.0 } else { 1.0 };
     let moved = plus(minus(rightmost, leftmost), [gap, 0.0, 0.0]);
-    second.positions.iter_mut().for_each(|place| *place = plus(*place, moved));
+    second
+        .positions
+        .iter_mut()
+        .for_each(|place| *place = plus(*place, moved));
     if touches {
-        second.positions[12] = rightmost;
+        second.positions[10] = rightmost;
     }
     join(&mut both, &second);
     both
@@ -92,7 +100,10 @@ fn tetrahedron(side: f64) -> Surface {
 fn join(surface: &mut Surface, other: &Surface) {
     let first = surface.positions.len();
     surface.positions.extend(&other.positions);
-    let moved = other.triangles.iter().map(|corners| corners.map(|corner| corner + first));
+    let moved = other
+        .triangles
+        .iter()
+        .map(|corners| corners.map(|corner| corner + first));
     surface.triangles.extend(moved);
 }
 
@@ -219,17 +230,20 @@ fn levels(report: &Value) -> Vec<(u64, f64)> {
     report["levels"].as_array().unwrap().iter().map(level).collect()
 }
 
-/// Extracts each level of `file` and holds it to its claim.
-fn hold_to_claims(folder: &Path, model: &Surface, file: &str, levels: &[(u64, f64)]) {
-    for (level, &(triangles, claim)) in levels.iter().enumerate() {
+/// Extracts each level of `file` from the first one on and holds it to its claim.
+fn hold_to_claims(folder: &Path, model: &Surface, file: &str, levels: &[(u64, f64)], first: usize) {
+    for (level, &(triangles, claim)) in levels.iter().enumerate().skip(first) {
         report(folder, &["mesh", file, "--lod", &level.to_string(), "-o", "level.ply"]);
         let surface = read_ply(&folder.join("level.ply"));
         assert_eq!(surface.triangles.len() as u64, triangles);
-        let [there, back] = [(model, &surface, 8), (&surface, model, 24)]
-            .map(|(from, to, steps)| sampled_distance(from, to, steps));
+        let [there, back] =
+            [(model, &surface, 8), (&surface, model, 20)].map(|(from, to, steps)| sampled_distance(from, to, steps));
         let found = there.max(back);
         assert!(found <= claim, "level {level}: {found} of {claim}");
-        assert!(claim <= found * 1.1 || level == 0, "level {level}: {claim}, but {found}");
+        assert!(
+            claim <= found * 1.1 || level == 0,
+            "level {level}: {claim}, but {found}"
+        );
     }
 }
 
@@ -239,16 +253,19 @@ fn a_compressed_file_holds_every_level_within_what_it_claims() {
     write_obj(&folder.path().join("torus.obj"), &torus());
     let made = levels(&report(folder.path(), &["mesh", "torus.obj", "-o", "torus.spm"]));
     let step = 2.0 * 1.43 / 65_536.0;
-    assert!((step / 8.0..step).contains(&made[0].1), "the finest is rounded: {}", made[0].1);
-    assert!(made.len() > 5 && made.last().unwrap().0 < 40, "{made:?}");
+    assert!(
+        (step / 8.0..step).contains(&made[0].1),
+        "the finest is rounded: {}",
+        made[0].1
+    );
+    assert!(made.len() > 3 && made.last().unwrap().0 < 40, "{made:?}");
     let told = levels(&report(folder.path(), &["info", "torus.spm"]));
-    let is_rounded_up = |(made, told): (&(u64, f64), &(u64, f64))| {
-        made.0 == told.0 && (made.1..=made.1 * 1.000_001).contains(&told.1)
-    };
+    let is_rounded_up =
+        |(made, told): (&(u64, f64), &(u64, f64))| made.0 == told.0 && (made.1..=made.1 * 1.000_001).contains(&told.1);
     assert!(made.iter().zip(&told).all(is_rounded_up), "{made:?} {told:?}");
-    hold_to_claims(folder.path(), &torus(), "torus.spm", &told);
+    hold_to_claims(folder.path(), &torus(), "torus.spm", &told, 0);
     let [text, compressed] = ["torus.obj", "torus.spm"].map(|name| fs::read(folder.path().join(name)).unwrap().len());
-    assert!(compressed * 8 < text, "{compressed} bytes of {text}");
+    assert!(compressed * 6 < text, "{compressed} bytes of {text}");
 }
 
 #[test]
@@ -262,7 +279,7 @@ fn an_error_asked_for_is_kept_by_the_positions_that_are_stored() {
         ));
         let last = made.len() - 1;
         assert!(made[last].1 <= error.parse().unwrap(), "{made:?}");
-        hold_to_claims(folder.path(), &torus(), file, &made[last..]);
+        hold_to_claims(folder.path(), &torus(), file, &made, last);
     }
 }
 
@@ -272,9 +289,12 @@ fn an_error_that_nothing_simpler_keeps_leaves_the_model_as_it_is() {
     write_obj(&folder.path().join("torus.obj"), &torus());
     let tiny = ["mesh", "torus.obj", "--max-error", "1e-30", "-o"];
     let made = report(folder.path(), &[&tiny[..], &["all.ply"]].concat());
-    assert_eq!(levels(&made), [(768, 0.0)]);
+    assert_eq!(levels(&made), [(320, 0.0)]);
     let refused = refusal(folder.path(), &[&tiny[..], &["all.spm"]].concat());
-    assert!(refused.contains("no lattice of a .spm file is fine enough"), "{refused}");
+    assert!(
+        refused.contains("no lattice of a .spm file is fine enough"),
+        "{refused}"
+    );
     assert!(!folder.path().join("all.spm").exists());
 }
 
@@ -282,7 +302,7 @@ fn an_error_that_nothing_simpler_keeps_leaves_the_model_as_it_is() {
 fn any_number_of_threads_gives_the_same_bytes() {
     let folder = TempDir::new().unwrap();
     write_obj(&folder.path().join("torus.obj"), &torus());
-    write_obj(&folder.path().join("strip.obj"), &moebius_strip(300));
+    write_obj(&folder.path().join("strip.obj"), &moebius_strip(150));
     for (model, file) in [
         ("torus.obj", "torus.spm"),
         ("torus.obj", "torus.lod"),
@@ -290,7 +310,10 @@ fn any_number_of_threads_gives_the_same_bytes() {
         ("strip.obj", "strip.lod"),
     ] {
         let bytes = ["1", "2"].map(|jobs| {
-            report(folder.path(), &["mesh", model, "--jobs", jobs, "--max-error", "0.05", "-o", file]);
+            report(
+                folder.path(),
+                &["mesh", model, "--jobs", jobs, "--max-error", "0.05", "-o", file],
+            );
             fs::read(folder.path().join(file)).unwrap()
         });
         assert!(bytes[0] == bytes[1], "{file}");
@@ -300,21 +323,38 @@ fn any_number_of_threads_gives_the_same_bytes() {
 #[test]
 fn a_moebius_strip_is_clustered_or_refused_by_name() {
     let folder = TempDir::new().unwrap();
-    let strip = moebius_strip(300);
+    let strip = moebius_strip(150);
     write_obj(&folder.path().join("strip.obj"), &strip);
-    let made = report(folder.path(), &["mesh", "strip.obj", "--target-triangles", "150", "-o", "strip.lod"]);
+    let made = report(
+        folder.path(),
+        &["mesh", "strip.obj", "--target-triangles", "80", "-o", "strip.lod"],
+    );
     assert_eq!(made["method"], "clustering");
-    assert!(made["reason"].as_str().unwrap().contains("used twice in the same direction"));
+    assert!(
+        made["reason"]
+            .as_str()
+            .unwrap()
+            .contains("used twice in the same direction")
+    );
     let claims = levels(&made);
-    assert!((60..=150).contains(&claims.last().unwrap().0), "{claims:?}");
+    assert!((30..=80).contains(&claims.last().unwrap().0), "{claims:?}");
     for (level, (_, claim)) in claims.iter().enumerate().skip(1) {
-        report(folder.path(), &["mesh", "strip.lod", "--lod", &level.to_string(), "-o", "level.ply"]);
+        report(
+            folder.path(),
+            &["mesh", "strip.lod", "--lod", &level.to_string(), "-o", "level.ply"],
+        );
         let surface = read_ply(&folder.path().join("level.ply"));
         let found = sampled_distance(&strip, &surface, 6).max(sampled_distance(&surface, &strip, 6));
-        assert!(found <= *claim && *claim <= found * 1.2, "level {level}: {found} of {claim}");
+        assert!(
+            found <= *claim && *claim <= found * 1.2,
+            "level {level}: {found} of {claim}"
+        );
     }
     let refused = refusal(folder.path(), &["mesh", "strip.obj", "-o", "strip.spm"]);
-    assert!(refused.contains("strip.obj: a .spm file holds manifolds only"), "{refused}");
+    assert!(
+        refused.contains("strip.obj: a .spm file holds manifolds only"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -323,10 +363,16 @@ fn parts_may_touch_in_a_vertex() {
     for touches in [false, true] {
         let model = two_tori(touches);
         write_obj(&folder.path().join("two.obj"), &model);
-        let made = report(folder.path(), &["mesh", "two.obj", "--target-triangles", "200", "-o", "two.spm"]);
-        assert_eq!((&made["method"], levels(&made).last().unwrap().0), (&"collapses".into(), 200));
+        let made = report(
+            folder.path(),
+            &["mesh", "two.obj", "--target-triangles", "120", "-o", "two.spm"],
+        );
+        assert_eq!(
+            (&made["method"], levels(&made).last().unwrap().0),
+            (&"collapses".into(), 120)
+        );
         let finest = made["levels"][0]["vertices"].as_u64();
-        assert_eq!(finest, Some(2 * 24 * 16), "the vertex where they touch is there twice");
+        assert_eq!(finest, Some(2 * 20 * 8), "the vertex where they touch is there twice");
         let coarsest = levels(&made).len() - 1;
         report(folder.path(), &["mesh", "two.spm", "-o", "level.ply"]);
         let surface = read_ply(&folder.path().join("level.ply"));
@@ -344,7 +390,10 @@ fn parts_that_share_an_edge_are_clustered() {
     other.triangles.iter_mut().for_each(|corners| corners.swap(0, 1));
     join(&mut pair, &other);
     write_obj(&folder.path().join("pair.obj"), &pair);
-    let made = report(folder.path(), &["mesh", "pair.obj", "--max-error", "0.001", "-o", "pair.ply"]);
+    let made = report(
+        folder.path(),
+        &["mesh", "pair.obj", "--max-error", "0.001", "-o", "pair.ply"],
+    );
     assert_eq!((&made["method"], levels(&made)), (&"clustering".into(), vec![(8, 0.0)]));
     assert_eq!(read_ply(&folder.path().join("pair.ply")).positions.len(), 6);
 }
@@ -356,9 +405,21 @@ fn files_that_are_no_models_are_refused_by_name() {
     fs::write(folder.path().join("junk.spm"), "SPMX").unwrap();
     write_obj(&folder.path().join("torus.obj"), &torus());
     for (input, output, message) in [
-        ("cube.stl", "out.ply", "cube.stl: models are read from .ply and .obj files"),
-        ("junk.spm", "out.ply", "junk.spm: not a readable .spm file: truncated at byte 4"),
-        ("torus.obj", "out.stl", "out.stl: levels are written as .spm, .lod, .x3d or .wrl"),
+        (
+            "cube.stl",
+            "out.ply",
+            "cube.stl: models are read from .ply and .obj files",
+        ),
+        (
+            "junk.spm",
+            "out.ply",
+            "junk.spm: not a readable .spm file: truncated at byte 4",
+        ),
+        (
+            "torus.obj",
+            "out.stl",
+            "out.stl: levels are written as .spm, .lod, .x3d or .wrl",
+        ),
     ] {
         let refused = refusal(folder.path(), &["mesh", input, "-o", output]);
         assert!(refused.contains(message), "{refused}");

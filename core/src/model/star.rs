@@ -140,7 +140,8 @@ impl Star {
         let grid = grid.filter(is_new);
         self.facets.iter().flat_map(move |facet| {
             let [along_from, along_to] = facet.at.map(|at| (at - place) / steps as f64);
-            grid.clone().map(move |(from, to)| place + along_from * from as f64 + along_to * to as f64)
+            grid.clone()
+                .map(move |(from, to)| place + along_from * from as f64 + along_to * to as f64)
         })
     }
 

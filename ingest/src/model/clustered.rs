@@ -23,12 +23,7 @@ struct Clustered<'a> {
 }
 
 /// Levels by grids, down to the target.
-pub(super) fn leveled(
-    model: &Model,
-    tree: &SurfaceTree,
-    target: Target,
-    progress: &Progress,
-) -> Result<LeveledModel> {
+pub(super) fn leveled(model: &Model, tree: &SurfaceTree, target: Target, progress: &Progress) -> Result<LeveledModel> {
     progress.stage("clustering", 1);
     let clustered = Clustered {
         model,
@@ -41,16 +36,21 @@ pub(super) fn leveled(
     };
     let (low, high) = model.mesh.bounds();
     let cells = || std::iter::successors(Some(low.distance(high)), |cell| Some(cell * CELL_STEP)).take(CELL_STEPS);
-    let is_drawn = |cell: &f64| clustered.triangles_left(*cell).is_some_and(|count| count > 0);
+    let whole = model.mesh.triangles.len();
+    let is_level = |cell: &f64| {
+        clustered
+            .triangles_left(*cell)
+            .is_some_and(|count| count > 0 && count < whole)
+    };
     let is_small = |cell: &f64, most: usize| clustered.triangles_left(*cell).is_some_and(|count| count <= most);
     let keeps = |cell: &f64, error: f64| {
         let leveled = clustered.down_to(Some(*cell));
         leveled.is_ok_and(|leveled| distance(&leveled.partition, 0, tree) <= error)
     };
     let coarsest = match target {
-        Target::Coarsest => cells().find(is_drawn),
-        Target::Triangles(count) => cells().take_while(|cell| is_small(cell, count)).last().filter(is_drawn),
-        Target::Error(error) => cells().find(|cell| is_drawn(cell) && keeps(cell, error)),
+        Target::Coarsest => cells().find(is_level),
+        Target::Triangles(count) => cells().take_while(|cell| is_small(cell, count)).last().filter(is_level),
+        Target::Error(error) => cells().find(|cell| is_level(cell) && keeps(cell, error)),
     };
     let leveled = clustered.down_to(coarsest);
     progress.advance(1);

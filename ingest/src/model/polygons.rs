@@ -8,6 +8,9 @@ use terrain_core::multilevel::Limits;
 
 use super::{Column, Model, ModelError};
 
+/// The largest coordinate: fifth powers of lengths, which measuring needs, are numbers still.
+const FARTHEST: f64 = 1e60;
+
 /// Vertices and triangles as a file has them: positions may be there several times.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Polygons {
@@ -43,6 +46,13 @@ impl Polygons {
     pub(super) fn welded(self) -> Result<Model, ModelError> {
         if let Some(vertex) = self.positions.iter().position(|position| !position.is_finite()) {
             return Err(ModelError::NotFinite(vertex));
+        }
+        if let Some(vertex) = self
+            .positions
+            .iter()
+            .position(|position| position.abs().max_element() > FARTHEST)
+        {
+            return Err(ModelError::TooFar(vertex));
         }
         let first = self.first_at_each_position();
         let corners = self

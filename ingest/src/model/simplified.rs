@@ -87,7 +87,9 @@ fn as_manifold<'a>(model: &'a Model, progress: &Progress) -> Result<Cow<'a, Mode
             let parted = model.parted_at_vertices();
             check(&parted)?;
             let count = parted.mesh.positions.len() - model.mesh.positions.len();
-            progress.note(&format!("surfaces that touch in a vertex and nowhere else are parted there, {count} times"));
+            progress.note(&format!(
+                "surfaces that touch in a vertex and nowhere else are parted there, {count} times"
+            ));
             Ok(Cow::Owned(parted))
         }
         Err(fault) => Err(fault),
@@ -129,13 +131,7 @@ fn down_to(triangles: usize, model: &Model, order: Order, progress: &Progress) -
 }
 
 /// With a tolerance that turns out to keep the error. If there is none, the model alone does.
-fn within(
-    error: f64,
-    model: &Model,
-    tree: &SurfaceTree,
-    order: Order,
-    progress: &Progress,
-) -> Result<LeveledModel> {
+fn within(error: f64, model: &Model, tree: &SurfaceTree, order: Order, progress: &Progress) -> Result<LeveledModel> {
     let mut tolerance = error;
     for _ in 0..ATTEMPTS {
         let goal = Goal {
