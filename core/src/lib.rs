@@ -32,6 +32,7 @@ pub mod compressed_rows;
 pub mod connectivity;
 pub mod dag;
 mod distance;
+mod facet_tree;
 mod fan;
 mod filters;
 pub mod forest_split;

@@ -1,34 +1,36 @@
 //! Edge collapses of polygonal models: surfaces in space that are 2-manifolds, closed or with boundaries, of any topology.
 //!
-//! The scheme is that of [`crate::simplify`] for height fields: rounds of independent collapses, in bands of growing
-//! tolerance. Where the red vertex goes is from M. Garland, P. Heckbert, *Surface Simplification Using Quadric Error
-//! Metrics*, 1997; that a collapse has to keep within a distance of the given surface, and not of the one before it, is
-//! from A. Guéziec, *Surface simplification inside a tolerance volume*, IBM RC 20440, 1996, with the model's own vertices in
-//! the place of error spheres: bounds that are summed up from collapse to collapse are several times too large.
+//! Where the red vertex goes is from M. Garland, P. Heckbert, *Surface Simplification Using Quadric Error Metrics*, 1997; that a
+//! collapse has to keep within a distance of the given surface, and not of the one before it, is from A. Guéziec, *Surface
+//! simplification inside a tolerance volume*, IBM RC 20440, 1996, with the model's own vertices in the place of error spheres:
+//! bounds that are summed up from collapse to collapse are several times too large.
 //!
 //! ```text
+//! all vertices wait on the lowest rung of tolerances, a quarter of a power of two each
 //! for each band, until half of the triangles are gone:
-//!     for each tolerance, the next being the least where a share of the vertices has hope:
-//!         repeat until a round finds nothing:
-//!             for each vertex worth a try, in memory order, whose star no collapse of this round has touched:
-//!                 for each neighbour, least quadric first, and each place for the red vertex:
-//!                     check quadric, link, orientation, samples of the model, way back to the model
-//!                     perform the first collapse that passes all; the star around it is worth a try again
+//!     take the vertex on the lowest rung that has waited longest
+//!     for each neighbour, least quadric first, and each place for the red vertex:
+//!         check quadric, link, orientation, samples of the model, way back to the model, all for that rung's tolerance
+//!     perform the first collapse that passes all; the star around it waits on this rung again
+//!     if there is none, it waits on the first rung where there is hope
 //!     close the band in the log
 //! ```
 //!
-//! **What holds after every collapse:** the surface is a 2-manifold of the model's topology; no triangle has turned over;
-//! every point of the surface is within the tolerance of the model, beyond doubt; and so is every vertex of the model, and the
-//! middle of each of its edges, of the surface (on its boundary, of the boundary). What is left open, the rest of the model,
-//! [`crate::hausdorff`] measures for a finished level. Until then no error is certified, and the log's bands say infinity.
+//! **What holds after every collapse:** the surface is a 2-manifold of the model's topology; no triangle has turned over; every
+//! vertex of the model, and the middle of each of its edges, is within the tolerance of the surface (on its boundary, of the
+//! boundary); and so is every vertex of the surface, and the middle of each of its edges and triangles, of the model. That is
+//! nearly all: what lies between them [`crate::hausdorff`] measures for a finished level. Until then no error is certified, and
+//! the log's bands say infinity.
 
 mod quadric;
+mod queue;
 mod samples;
 mod star;
 
 use glam::DVec3;
 
 use self::quadric::Quadric;
+use self::queue::{Queue, Rung};
 use self::samples::SampleLists;
 use self::star::Star;
 use crate::collapse::Edge;
@@ -39,11 +41,6 @@ use crate::half_edges::{HalfEdges, edges_of};
 use crate::hausdorff::SurfaceTree;
 use crate::manifold::{self, ManifoldError};
 use crate::mesh::Mesh;
-
-/// A band's tolerance over that of the one before it, at least.
-const STEP: f64 = std::f64::consts::SQRT_2;
-/// A band begins where one in so many vertices might collapse.
-const HOPEFUL: usize = 8;
 
 /// Where red vertices may go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,7 +54,7 @@ pub enum Placement {
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// The largest tolerance of a band, in the model's units.
+    /// The largest tolerance of a collapse, in the model's units.
     pub tolerance: f64,
     /// No collapse begins once there are so few triangles.
     pub triangles: usize,
@@ -76,13 +73,9 @@ pub struct ModelSimplifier {
     placement: Placement,
     triangle_count: usize,
     log: CollapseLog,
-    /// Tolerance of the last band.
-    tolerance: f64,
-    /// For each vertex a tolerance below which it cannot collapse as things are.
-    needed: Vec<f64>,
-    /// The round in which each vertex was last a red one.
-    touched: Vec<u32>,
-    round: u32,
+    queue: Queue,
+    /// The facet of the model that each vertex was found near.
+    beside: Vec<u32>,
     scratch: Scratch,
 }
 
@@ -99,10 +92,32 @@ struct Scratch {
 #[derive(Clone, Copy)]
 struct Candidate {
     edge: Edge,
-    /// Where the quadrics are least, if the red vertex may go there.
-    best: Option<DVec3>,
+    /// Where the quadrics are least, if the red vertex may go there, and where it is.
+    choices: [Option<Choice>; 2],
+    /// The lesser distance of both.
+    distance: f64,
+}
+
+/// A place for the red vertex.
+#[derive(Clone, Copy)]
+struct Choice {
+    at: DVec3,
     /// Root of the mean squared distance of the planes from there.
     distance: f64,
+}
+
+/// What collapses are tried for.
+#[derive(Clone, Copy)]
+struct Attempt {
+    rung: Rung,
+    tolerance: f64,
+}
+
+/// Where a red vertex can go, and a facet of the model near there.
+#[derive(Clone, Copy)]
+struct Place {
+    at: DVec3,
+    beside: u32,
 }
 
 impl ModelSimplifier {
@@ -118,7 +133,7 @@ impl ModelSimplifier {
         let model = SurfaceTree::new(mesh);
         let mut simplifier = Self {
             samples: SampleLists::new(&mesh.positions, &connectivity),
-            tolerance: model.least(),
+            queue: Queue::new(mesh.positions.len()),
             model,
             connectivity,
             positions: mesh.positions.clone(),
@@ -127,25 +142,24 @@ impl ModelSimplifier {
             placement,
             triangle_count: mesh.triangles.len(),
             log: CollapseLog::default(),
-            needed: vec![0.0; mesh.positions.len()],
-            touched: vec![0; mesh.positions.len()],
-            round: 0,
+            beside: vec![0; mesh.positions.len()],
             scratch: Scratch::default(),
         };
         simplifier.add_planes();
+        simplifier.queue_all();
         Ok(simplifier)
     }
 
     /// Collapses until half of the triangles are gone, by growing tolerance, and closes the band; tells whether a further one
     /// might come nearer to the goal.
     pub fn next_band(&mut self, goal: Goal) -> bool {
-        let half = self.triangle_count / 2;
+        let fewest = goal.triangles.max(self.triangle_count / 2);
         let mut goes_on = true;
-        while goes_on && self.triangle_count > half {
-            goes_on = self.next_tolerance(goal);
+        while goes_on && self.triangle_count > fewest {
+            goes_on = self.next_vertex(goal.tolerance);
         }
         self.close_band();
-        goes_on
+        goes_on && self.triangle_count > goal.triangles
     }
 
     /// Triangles by now.
@@ -160,11 +174,23 @@ impl ModelSimplifier {
         &self.log
     }
 
-    /// Collapses what the next tolerance allows; tells whether a further one might come nearer to the goal.
-    fn next_tolerance(&mut self, goal: Goal) -> bool {
-        self.tolerance = self.hopeful_tolerance().max(self.tolerance * STEP).min(goal.tolerance);
-        while self.round(goal.triangles) > 0 {}
-        self.triangle_count > goal.triangles && self.tolerance < goal.tolerance && self.live_needs().any(f64::is_finite)
+    /// Tries the next vertex; tells whether there was one that might collapse within a tolerance.
+    fn next_vertex(&mut self, tolerance: f64) -> bool {
+        let Some((rung, vertex)) = self.queue.take() else {
+            return false;
+        };
+        if rung.start() > tolerance {
+            self.queue.put(vertex, rung);
+            return false;
+        }
+        let attempt = Attempt {
+            rung,
+            tolerance: rung.next().start().min(tolerance),
+        };
+        let mut scratch = std::mem::take(&mut self.scratch);
+        self.try_vertex(vertex, attempt, &mut scratch);
+        self.scratch = scratch;
+        true
     }
 
     fn close_band(&mut self) {
@@ -176,19 +202,11 @@ impl ModelSimplifier {
         }
     }
 
-    /// The tolerance from which on one in [`HOPEFUL`] of the vertices might collapse.
-    fn hopeful_tolerance(&self) -> f64 {
-        let mut needs: Vec<f64> = self.live_needs().collect();
-        let place = needs.len() / HOPEFUL;
-        if needs.is_empty() {
-            return 0.0;
-        }
-        *needs.select_nth_unstable_by(place, f64::total_cmp).1
-    }
-
-    fn live_needs(&self) -> impl Iterator<Item = f64> + '_ {
-        let live = |&(vertex, _): &(u32, &f64)| self.connectivity.is_live(vertex);
-        (0..).zip(&self.needed).filter(live).map(|(_, &needed)| needed)
+    /// Lets all vertices of triangles wait on the lowest rung.
+    fn queue_all(&mut self) {
+        let lowest = Rung::of(self.model.least());
+        let live = (0..self.positions.len() as u32).filter(|&vertex| self.connectivity.is_live(vertex));
+        live.for_each(|vertex| self.queue.put(vertex, lowest));
     }
 
     /// Planes of the triangles, weighted by area, and upright ones along the boundary.
@@ -215,48 +233,25 @@ impl ModelSimplifier {
         }
     }
 
-    /// Tries every vertex that is worth it, down to `fewest` triangles, and tells how many were collapsed.
-    fn round(&mut self, fewest: usize) -> usize {
-        self.round += 1;
-        let mut scratch = std::mem::take(&mut self.scratch);
-        let mut count = 0;
-        for vertex in 0..self.positions.len() as u32 {
-            let is_worth_it = self.needed[vertex as usize] <= self.tolerance && self.connectivity.is_live(vertex);
-            if is_worth_it && self.triangle_count > fewest {
-                count += usize::from(self.try_vertex(vertex, &mut scratch));
-            }
-        }
-        self.scratch = scratch;
-        count
-    }
-
-    fn is_touched(&self, vertex: u32) -> bool {
-        self.touched[vertex as usize] == self.round
-    }
-
-    fn try_vertex(&mut self, blue: u32, scratch: &mut Scratch) -> bool {
+    /// Collapses a vertex, or puts it on the rung where that might be possible, if there is one.
+    fn try_vertex(&mut self, blue: u32, attempt: Attempt, scratch: &mut Scratch) {
         self.connectivity.ring(blue, &mut scratch.around_blue);
-        if self.is_touched(blue) || scratch.around_blue.iter().any(|&vertex| self.is_touched(vertex)) {
-            return false;
-        }
-        self.list_candidates(blue, scratch);
+        self.list_candidates(blue, attempt, scratch);
         let mut needed = f64::INFINITY;
         for index in 0..scratch.candidates.len() {
             let candidate = scratch.candidates[index];
-            match self.check(&candidate, scratch) {
-                Ok(place) => {
-                    self.perform(candidate.edge, place, scratch);
-                    return true;
-                }
+            match self.check(&candidate, attempt.tolerance, scratch) {
+                Ok(place) => return self.perform(candidate.edge, place, attempt, scratch),
                 Err(tolerance) => needed = needed.min(tolerance),
             }
         }
-        self.needed[blue as usize] = needed;
-        false
+        if needed.is_finite() {
+            self.queue.put(blue, Rung::of(needed).max(attempt.rung.next()));
+        }
     }
 
     /// The neighbours that a vertex may collapse into, the least quadric first.
-    fn list_candidates(&self, blue: u32, scratch: &mut Scratch) {
+    fn list_candidates(&self, blue: u32, attempt: Attempt, scratch: &mut Scratch) {
         let Scratch {
             around_blue,
             candidates,
@@ -270,32 +265,37 @@ impl ModelSimplifier {
             if on_boundary && !is_on_boundary {
                 continue;
             }
-            candidates.push(self.candidate(Edge {
+            let edge = Edge {
                 blue,
                 red,
                 index,
                 is_on_boundary,
-            }));
+            };
+            candidates.push(self.candidate(edge, attempt));
         }
         candidates.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.edge.red.cmp(&b.edge.red)));
     }
 
-    fn candidate(&self, edge: Edge) -> Candidate {
+    fn candidate(&self, edge: Edge, attempt: Attempt) -> Candidate {
         let [blue, red] = [edge.blue, edge.red].map(|vertex| self.positions[vertex as usize] - self.centre);
         let sum = self.quadrics[edge.blue as usize] + self.quadrics[edge.red as usize];
+        let choice = |place: DVec3| Choice {
+            at: place + self.centre,
+            distance: sum.mean_distance(place),
+        };
         let may_move = self.placement == Placement::Best
             && self.connectivity.is_boundary(edge.blue) == self.connectivity.is_boundary(edge.red);
-        let place = if may_move {
-            sum.best_place((blue + red) / 2.0)
-        } else {
-            red
-        };
         // The best place is the same from both ends: one that failed from the other needs no second try.
-        let is_news = self.needed[edge.red as usize] <= self.tolerance;
+        let is_news = !self.queue.is_past(edge.red, attempt.rung);
+        let best = (may_move && is_news).then(|| choice(sum.best_place((blue + red) / 2.0)));
+        let own = Choice {
+            at: self.positions[edge.red as usize],
+            ..choice(red)
+        };
         Candidate {
             edge,
-            best: (may_move && is_news).then_some(place + self.centre),
-            distance: sum.mean_distance(place),
+            choices: [best, Some(own)],
+            distance: best.map_or(own.distance, |best| best.distance.min(own.distance)),
         }
     }
 
@@ -303,61 +303,63 @@ impl ModelSimplifier {
     ///
     /// # Errors
     /// A tolerance below which it can go nowhere; infinity where that is for another reason than distance.
-    fn check(&self, candidate: &Candidate, scratch: &mut Scratch) -> Result<DVec3, f64> {
-        if candidate.distance > self.tolerance {
+    fn check(&self, candidate: &Candidate, tolerance: f64, scratch: &mut Scratch) -> Result<Place, f64> {
+        if candidate.distance > tolerance {
             return Err(candidate.distance);
         }
-        let Edge { blue, red, .. } = candidate.edge;
-        let Scratch {
-            around_blue,
-            around_red,
-            star,
-            ..
-        } = scratch;
-        self.connectivity.ring(red, around_red);
-        if around_red.iter().any(|&vertex| self.is_touched(vertex)) {
-            return Err(self.tolerance);
-        }
-        if !filters::link_allows(&self.connectivity, candidate.edge, around_blue, around_red) {
+        let edge = candidate.edge;
+        self.connectivity.ring(edge.red, &mut scratch.around_red);
+        if !filters::link_allows(&self.connectivity, edge, &scratch.around_blue, &scratch.around_red) {
             return Err(f64::INFINITY);
         }
-        star.gather(&self.connectivity, &self.positions, &self.samples, [blue, red]);
-        let own = self.positions[red as usize];
+        let star = &mut scratch.star;
+        star.gather(&self.connectivity, &self.positions, [edge.blue, edge.red]);
         let mut needed = f64::INFINITY;
-        for place in candidate.best.into_iter().chain([own]) {
-            if !star.keeps_sides(place) {
-                continue;
-            }
-            let there = star.keeps_samples(place, self.tolerance);
-            let and_back = |()| {
-                star.triangles(place)
-                    .try_for_each(|corners| self.model.holds(corners, self.tolerance))
-            };
-            match there.and_then(and_back) {
-                Ok(()) => return Ok(place),
-                Err(distance) => needed = needed.min(distance),
+        for Choice { at, distance } in candidate.choices.into_iter().flatten() {
+            if distance > tolerance {
+                needed = needed.min(distance);
+            } else if star.keeps_sides(at) {
+                match self.check_distances(star, at, tolerance, self.beside[edge.red as usize]) {
+                    Ok(beside) => return Ok(Place { at, beside }),
+                    Err(distance) => needed = needed.min(distance),
+                }
             }
         }
         Err(needed)
     }
 
-    fn perform(&mut self, edge: Edge, place: DVec3, scratch: &mut Scratch) {
+    /// Whether the model's samples are within `tolerance` of a star with the red vertex at `place`, and its points of the
+    /// model; tells a facet that the place is near, which may be `expected`.
+    ///
+    /// # Errors
+    /// The first distance that is more.
+    fn check_distances(&self, star: &mut Star, place: DVec3, tolerance: f64, expected: u32) -> Result<u32, f64> {
+        let beside = self.model.facet_within(tolerance, place, expected)?;
+        star.keeps_samples(place, tolerance, &self.samples)?;
+        let mut expected = beside;
+        for point in star.points(place) {
+            expected = self.model.facet_within(tolerance, point, expected)?;
+        }
+        Ok(beside)
+    }
+
+    fn perform(&mut self, edge: Edge, place: Place, attempt: Attempt, scratch: &mut Scratch) {
         let Edge { blue, red, .. } = edge;
         self.log.collapses.push(Collapse {
             blue,
             red,
             red_before: self.positions[red as usize],
-            red_after: place,
+            red_after: place.at,
         });
-        scratch.star.lay_samples(place, &mut self.samples);
+        scratch.star.lay_samples(place.at, &mut self.samples);
         self.connectivity.collapse(blue, red);
         self.triangle_count -= if edge.is_on_boundary { 1 } else { 2 };
-        self.positions[red as usize] = place;
+        self.positions[red as usize] = place.at;
+        self.beside[red as usize] = place.beside;
         self.quadrics[red as usize] = self.quadrics[red as usize] + self.quadrics[blue as usize];
-        self.touched[red as usize] = self.round;
         self.connectivity.ring(red, &mut scratch.around_red);
         for &vertex in scratch.around_red.iter().chain([&red]) {
-            self.needed[vertex as usize] = 0.0;
+            self.queue.put(vertex, attempt.rung);
         }
     }
 }

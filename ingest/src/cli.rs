@@ -12,8 +12,8 @@ Examples:
   terrain-ingest tin dem.tif --max-error 10 -o dem.ply
   terrain-ingest tin dem.tif --max-error 10 --quality best --bound samples -o dem.obj
   terrain-ingest mesh bunny.obj --target-triangles 2000 -o bunny.ply
-  terrain-ingest mesh bunny.obj -o bunny.lod     all levels of detail of a polygonal model
-  terrain-ingest mesh bunny.lod --lod 3 -o bunny3.ply
+  terrain-ingest mesh bunny.obj -o bunny.spm     all levels of detail of a polygonal model
+  terrain-ingest mesh bunny.spm --lod 3 -o bunny3.ply
   terrain-ingest mesh bunny.obj -o bunny.x3d     a world for X3D browsers that refines while it loads
   terrain-ingest verify dem.pmtiles dem.tif      measures every claim again, by brute force
   terrain-ingest info dem.pmtiles
@@ -23,10 +23,11 @@ Exit codes: 0 success; 1 a verified claim does not hold, or the job could not be
 
 const MESH_EXAMPLES: &str = "\
 Examples:
-  terrain-ingest mesh bunny.obj -o bunny.lod                        all levels, each with half the triangles of the last
+  terrain-ingest mesh bunny.obj -o bunny.spm                        all levels, each with half the triangles of the last
   terrain-ingest mesh bunny.obj --target-triangles 2000 -o small.ply
   terrain-ingest mesh horse.ply --max-error 0.001 -o horse.ply      as few triangles as that distance allows
-  terrain-ingest mesh bunny.lod --lod 0 -o whole.ply                the finest level of a file made before";
+  terrain-ingest mesh bunny.spm --lod 0 -o whole.ply                the finest level of a file made before
+  terrain-ingest info bunny.spm                                     its levels and their errors";
 
 /// Turns elevation rasters into progressive terrain whose every level of detail carries a certified error in metres.
 ///
@@ -55,7 +56,7 @@ pub(crate) enum Command {
     Mesh(MeshArgs),
     /// Measure again, from the tiles or the mesh and the raster alone, every error that was claimed.
     Verify(VerifyArgs),
-    /// Print what an archive says of itself.
+    /// Print what an archive, or a .spm or .lod file, says of itself.
     Info(InfoArgs),
 }
 
@@ -112,17 +113,21 @@ pub(crate) struct TinArgs {
 /// Every level says how far it is from the model at most, in the model's units, both ways: each point of the model from the
 /// level and each point of the level from the model. A model that is an oriented 2-manifold, closed or with boundaries, is
 /// simplified by edge collapses, which keep its topology. Any other goes through vertex clustering, whose levels may pinch.
-/// Polygons become triangles; vertices at one position become one. Normals, colours and texture coordinates of vertices are
+/// Polygons become triangles; vertices at one position become one, surfaces that touch in a vertex only are parted. Normals, colours and texture coordinates of vertices are
 /// carried along into .ply files, unless triangles that meet in a vertex disagree about them.
 #[derive(Args)]
 #[command(after_help = MESH_EXAMPLES)]
 pub(crate) struct MeshArgs {
-    /// A model (.ply, .obj), or levels made before (.lod) to extract one from.
-    #[arg(value_name = "IN.ply|IN.obj|IN.lod")]
+    /// A model (.ply, .obj), or levels made before (.spm, .lod) to extract one from.
+    #[arg(value_name = "IN.ply|IN.obj|IN.spm|IN.lod")]
     pub(crate) input: PathBuf,
-    /// What to write: all levels (.lod, the ASCII file of progressive multilevel meshes), the same with a world beside it that
-    /// streams it in X3D browsers (.x3d, .wrl; z is up), or one level (.ply).
-    #[arg(short, long, value_name = "OUT.lod|OUT.x3d|OUT.wrl|OUT.ply")]
+    /// What to write.
+    ///
+    /// .spm: all levels and their errors, compressed; manifolds only. Positions are rounded to 1/65,536 of the longest side, or
+    /// finer where --max-error asks for it; the errors include that. .lod: all levels as text, the ASCII file of progressive
+    /// multilevel meshes, errors as comments. .x3d, .wrl: the same and a world beside it that streams it in X3D browsers (z is
+    /// up). .ply: one level.
+    #[arg(short, long, value_name = "OUT.spm|OUT.lod|OUT.x3d|OUT.wrl|OUT.ply")]
     pub(crate) output: PathBuf,
     /// Stop at so many triangles.
     #[arg(long, value_name = "N", conflicts_with = "max_error", value_parser = clap::value_parser!(u32).range(1..))]
@@ -165,8 +170,8 @@ pub(crate) struct VerifyArgs {
 
 #[derive(Args)]
 pub(crate) struct InfoArgs {
-    /// The archive.
-    #[arg(value_name = "OUT.pmtiles")]
+    /// The archive, or levels of a polygonal model.
+    #[arg(value_name = "OUT.pmtiles|OUT.spm|OUT.lod")]
     pub(crate) archive: PathBuf,
     /// Print JSON instead of a table.
     #[arg(long)]

@@ -63,12 +63,6 @@ fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
 fn simplify_model(arguments: MeshArgs) -> Result<(), Failure> {
     let started = Instant::now();
     check_output(&arguments.output)?;
-    if !has_extension(&arguments.output, &["lod", "x3d", "wrl", "ply"]) {
-        let output = arguments.output.display();
-        return Err(Failure::Input(anyhow!(
-            "{output}: levels are written as .lod, .x3d or .wrl, one of them as .ply"
-        )));
-    }
     let progress = prepare(&arguments.run)?;
     let target = match (arguments.target_triangles, arguments.max_error) {
         (Some(count), _) => model::Target::Triangles(count as usize),
@@ -80,11 +74,7 @@ fn simplify_model(arguments: MeshArgs) -> Result<(), Failure> {
         keep_vertices: arguments.keep_vertices,
         lod: arguments.lod,
     };
-    let report = model::run(&arguments.input, &options, &arguments.output, &progress);
-    let report = report.map_err(|error| match error.downcast_ref::<model::ModelError>() {
-        Some(_) => Failure::Input(error),
-        None => Failure::Other(error),
-    })?;
+    let report = model::run(&arguments.input, &options, &arguments.output, &progress).map_err(blamed)?;
     print_finished(report, &arguments.output, started, arguments.run.json)
 }
 
@@ -111,7 +101,19 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
     if holds { Ok(()) } else { Err(Failure::Violation) }
 }
 
+/// A fault of a model is one of the input.
+fn blamed(error: anyhow::Error) -> Failure {
+    match error.downcast_ref::<model::ModelError>() {
+        Some(_) => Failure::Input(error),
+        None => Failure::Other(error),
+    }
+}
+
 fn info(arguments: &InfoArgs) -> Result<(), Failure> {
+    if has_extension(&arguments.archive, &["spm", "lod"]) {
+        let report = model::info(&arguments.archive).map_err(blamed)?;
+        return print(&report, arguments.json);
+    }
     let reader = Reader::open(&arguments.archive).map_err(|error| Failure::Input(error.into()))?;
     print(&Info(reader.metadata()), arguments.json)
 }

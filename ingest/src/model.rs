@@ -2,11 +2,12 @@
 //! error, and written as one level or as all of them.
 //!
 //! ```text
-//! .ply, .obj ──read, weld──▶ Model ──collapse, or cluster──▶ LeveledModel ──▶ .lod, .spm all levels
-//!                                                 .lod, .spm ──────▲       └─▶ .ply one level
+//! .ply, .obj ──read, weld──▶ Model ──collapse, or cluster──▶ LeveledModel ──▶ .lod, .spm, .x3d, .wrl: all levels
+//!                                                 .lod, .spm ──────▲       └─▶ .ply: one level
 //! ```
 //!
-//! An oriented 2-manifold is simplified by edge collapses (`terrain_core::model`). What is none goes through vertex
+//! An oriented 2-manifold is simplified by edge collapses (`terrain_core::model`), after surfaces that touch in single vertices
+//! are parted there. What is no manifold even then goes through vertex
 //! clustering (`terrain_core::clustering`), whose levels can be drawn but may pinch or lose small parts.
 //!
 //! **What is certified, for either:** every point of the model is within a level's error of the level's surface, and every
@@ -14,12 +15,14 @@
 //! levels as they are written, by `terrain_core::hausdorff`, after all else is done.
 
 mod certify;
+mod clustered;
 mod levels;
 mod lod_file;
 mod obj;
 mod ply;
 mod polygons;
 mod simplified;
+mod spm_file;
 mod world_file;
 
 use std::fmt;
@@ -29,14 +32,17 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 use terrain_core::Mesh;
+use terrain_core::manifold::{self, ManifoldError};
+use terrain_core::model::Placement;
 use terrain_core::multilevel::{self, Limits};
+use terrain_tiles::model::{DecodeError, EncodeError};
 use terrain_tiles::x3d::{Encoding, WorldError};
 use thiserror::Error;
 
 use self::levels::LeveledModel;
 pub(crate) use self::ply::write_binary;
 pub use self::simplified::Target;
-use self::simplified::Way;
+use self::simplified::{Order, Way};
 use crate::progress::Progress;
 
 /// Numbers that vertices have besides their position, such as one component of a normal or a colour.
@@ -72,12 +78,31 @@ pub struct Model {
     pub seams: Vec<String>,
 }
 
+impl Model {
+    /// The same with a vertex for each of the surfaces that meet in one and share nothing else.
+    fn parted_at_vertices(&self) -> Self {
+        let (mesh, originals) = manifold::parted_at_vertices(&self.mesh);
+        let parted = |column: &Column| Column {
+            values: originals.iter().map(|&vertex| column.values[vertex as usize]).collect(),
+            ..column.clone()
+        };
+        Self {
+            mesh,
+            columns: self.columns.iter().map(parted).collect(),
+            seams: self.seams.clone(),
+        }
+    }
+}
+
 /// Why a file is no model.
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// Its name tells no format.
-    #[error("models are read from .ply, .obj and .lod files")]
+    #[error("models are read from .ply and .obj files, levels from .spm and .lod files")]
     Unknown,
+    /// The output's name tells no format.
+    #[error("levels are written as .spm, .lod, .x3d or .wrl, one of them as .ply")]
+    UnknownOutput,
     /// The system says no.
     #[error("cannot be read: {0}")]
     Unreadable(#[from] io::Error),
@@ -92,9 +117,15 @@ pub enum ModelError {
     /// The bytes of a multilevel file are not of its format.
     #[error("not a readable multilevel file: {0}")]
     MalformedLevels(#[from] multilevel::ReadError),
+    /// The bytes of a progressive mesh file are not of its format.
+    #[error("not a readable .spm file: {0}")]
+    MalformedMesh(#[from] DecodeError),
     /// A coordinate is NaN or infinite.
     #[error("vertex {0} has a coordinate that is no finite number")]
     NotFinite(usize),
+    /// A coordinate is too large to reckon with.
+    #[error("vertex {0} has a coordinate of more than 1e60; scale the model down")]
+    TooFar(usize),
     /// A face uses a vertex that is not there.
     #[error("face {face} uses vertex {vertex}, but there are {count} (counted from 0)")]
     BadIndex {
@@ -125,6 +156,15 @@ pub enum ModelError {
     /// A multilevel file has one position a vertex.
     #[error("its levels move vertices, which a .lod file cannot say; make them with --keep-vertices")]
     MovesVertices,
+    /// A progressive mesh file holds surfaces only.
+    #[error("a .spm file holds manifolds only, write a .lod or a .ply file: {0}")]
+    NoManifold(ManifoldError),
+    /// A progressive mesh file cannot hold the levels.
+    #[error("a .spm file cannot hold these levels: {0}")]
+    Incompressible(#[from] EncodeError),
+    /// Not even the finest level keeps the error.
+    #[error("no lattice of a .spm file is fine enough for the error {0}, write a .lod or a .ply file")]
+    TooExact(f64),
     /// A world for X3D browsers cannot hold it.
     #[error(transparent)]
     World(#[from] WorldError),
@@ -135,7 +175,7 @@ pub enum ModelError {
 pub struct Options {
     /// When to stop simplifying.
     pub target: Target,
-    /// Whether every vertex keeps its position, as it must in a `.lod` file.
+    /// Whether every vertex keeps its position, as it must in a `.lod` file and in a world.
     pub keep_vertices: bool,
     /// The level to extract, 0 being the finest; the coarsest if none is given.
     pub lod: Option<usize>,
@@ -193,59 +233,126 @@ impl fmt::Display for Report {
     }
 }
 
+/// What is written, by the name of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    /// All levels, compressed.
+    Spm,
+    /// All levels, as text.
+    Lod,
+    /// The same and a world that streams it.
+    World(Encoding),
+    /// One level.
+    Ply,
+}
+
+impl Form {
+    fn of_file(path: &Path) -> Result<Self, ModelError> {
+        match extension(path).as_str() {
+            "spm" => Ok(Self::Spm),
+            "lod" => Ok(Self::Lod),
+            "ply" => Ok(Self::Ply),
+            _ => Encoding::of_file(path)
+                .map(Self::World)
+                .ok_or(ModelError::UnknownOutput),
+        }
+    }
+
+    /// Whether a vertex can only have one position in all levels.
+    fn keeps_vertices(self) -> bool {
+        matches!(self, Self::Lod | Self::World(_))
+    }
+}
+
 /// Reads a model or its levels from `input`, makes levels where there are none, and writes `output`, all at once or not at
-/// all: every level where that is a `.lod` file; the same and a world that streams it where it is an `.x3d` or `.wrl` file;
-/// one of them where it is a `.ply` file.
+/// all: every level where that is a `.spm` or a `.lod` file; the latter and a world that streams it where it is an `.x3d` or
+/// `.wrl` file; one of them where it is a `.ply` file.
 ///
 /// # Errors
-/// A [`ModelError`] inside where the input is at fault; otherwise where the target cannot be reached, the output's format cannot
-/// hold the levels, or the file cannot be written.
+/// A [`ModelError`] inside where the input is at fault, or the output's format cannot hold the levels; otherwise where the file
+/// cannot be written.
 pub fn run(input: &Path, options: &Options, output: &Path, progress: &Progress) -> Result<Report> {
-    let extension = extension(output);
-    let keeps_vertices = options.keep_vertices || extension != "ply";
-    let (leveled, way) = leveled(input, options.target, keeps_vertices, progress)?;
+    let named = || output.display().to_string();
+    let form = Form::of_file(output).with_context(named)?;
+    let (leveled, way) = leveled(input, options, form, progress)?;
     let mut report = report(&leveled, way);
     progress.stage(&format!("writing {}", output.display()), 1);
-    if extension == "ply" {
-        let last = leveled.level_count() - 1;
-        let level = options.lod.unwrap_or(last);
-        let (mesh, columns) = leveled
-            .level(level)
-            .ok_or(ModelError::NoSuchLevel { level, last })
-            .with_context(|| input.display().to_string())?;
-        report.extracted = Some(level);
-        let error = report.levels[level].certified_error;
-        ply::write(output, &mesh, &columns, error).with_context(|| output.display().to_string())?;
-    } else if let Some(encoding) = Encoding::of_file(output) {
-        world_file::write(output, encoding, &leveled, input).with_context(|| output.display().to_string())?;
-    } else {
-        lod_file::write(output, &leveled).with_context(|| output.display().to_string())?;
+    match form {
+        Form::Ply => report.extracted = Some(write_level(input, options.lod, &leveled, output)?),
+        Form::Spm => spm_file::write(output, &leveled).with_context(named)?,
+        Form::Lod => lod_file::write(output, &leveled).with_context(named)?,
+        Form::World(encoding) => world_file::write(output, encoding, &leveled, input).with_context(named)?,
     }
     progress.advance(1);
     progress.done();
     Ok(report)
 }
 
-fn leveled(
-    input: &Path,
-    target: Target,
-    keeps_vertices: bool,
-    progress: &Progress,
-) -> Result<(LeveledModel, Option<Way>)> {
+/// What a `.spm` or a `.lod` file says of its levels.
+///
+/// # Errors
+/// Where it is neither, or cannot be read.
+pub fn info(input: &Path) -> Result<Report> {
+    let leveled = read_levels(input).unwrap_or(Err(ModelError::Unknown));
+    Ok(report(&leveled.with_context(|| input.display().to_string())?, None))
+}
+
+/// Writes one level, the coarsest if none is named, and tells which.
+fn write_level(input: &Path, level: Option<usize>, leveled: &LeveledModel, output: &Path) -> Result<usize> {
+    let last = leveled.level_count() - 1;
+    let level = level.unwrap_or(last);
+    let (mesh, columns) = leveled
+        .level(level)
+        .ok_or(ModelError::NoSuchLevel { level, last })
+        .with_context(|| input.display().to_string())?;
+    let error = leveled.partition.levels[last - level].error;
+    let known = error.is_finite().then_some(error);
+    ply::write(output, &mesh, &columns, known).with_context(|| output.display().to_string())?;
+    Ok(level)
+}
+
+fn leveled(input: &Path, options: &Options, form: Form, progress: &Progress) -> Result<(LeveledModel, Option<Way>)> {
     let named = || input.display().to_string();
     progress.stage("reading", 1);
-    if extension(input) == "lod" {
-        return Ok((lod_file::read(input, Limits::default()).with_context(named)?, None));
+    if let Some(levels) = read_levels(input) {
+        return Ok((levels.with_context(named)?, None));
     }
     let model = read(input, Limits::default()).with_context(named)?;
     progress.advance(1);
+    note_columns(&model, form, progress);
+    let order = Order {
+        target: options.target,
+        placement: match options.keep_vertices || form.keeps_vertices() {
+            true => Placement::Stay,
+            false => Placement::Best,
+        },
+        is_rounded: form == Form::Spm,
+    };
+    let (leveled, way) = simplified::leveled(&model, order, progress).with_context(named)?;
+    Ok((leveled, Some(way)))
+}
+
+/// The levels of a `.spm` or a `.lod` file; none of any other.
+fn read_levels(input: &Path) -> Option<Result<LeveledModel, ModelError>> {
+    match extension(input).as_str() {
+        "spm" => Some(spm_file::read(input)),
+        "lod" => Some(lod_file::read(input, Limits::default())),
+        _ => None,
+    }
+}
+
+/// Names the columns that will be missing.
+fn note_columns(model: &Model, form: Form, progress: &Progress) {
     for seam in &model.seams {
         progress.note(&format!(
             "`{seam}` is left out: it differs between triangles that share a vertex"
         ));
     }
-    let (leveled, way) = simplified::leveled(&model, target, keeps_vertices, progress)?;
-    Ok((leveled, Some(way)))
+    if form != Form::Ply {
+        for column in &model.columns {
+            progress.note(&format!("`{}` is left out: only .ply files have it", column.name));
+        }
+    }
 }
 
 /// Reads a `.ply` or an `.obj` file, by its name. Polygons become fans of triangles, positions that are one become one

@@ -55,6 +55,13 @@ fn polygons_become_triangles_and_equal_positions_one_vertex() {
 }
 
 #[test]
+fn a_triangle_that_is_there_twice_is_one_but_its_back_is_another() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 2 3 1\nf 1 3 2\n";
+    let model = read_text("twice.obj", text).unwrap();
+    assert_eq!(model.mesh.triangles, [[0, 1, 2], [0, 2, 1]]);
+}
+
+#[test]
 fn colours_are_kept_and_what_differs_at_a_seam_is_left_out_by_name() {
     let model = read_text("octahedron.obj", OCTAHEDRON).unwrap();
     let names: Vec<&str> = model.columns.iter().map(|column| column.name.as_str()).collect();
@@ -77,6 +84,10 @@ fn faults_are_named() {
     assert_eq!(
         fault("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
         "vertex 0 has a coordinate that is no finite number"
+    );
+    assert_eq!(
+        fault("far.obj", "v 0 0 0\nv 1e61 0 0\nv 0 1 0\nf 1 2 3\n"),
+        "vertex 1 has a coordinate of more than 1e60; scale the model down"
     );
     assert!(fault("text.ply", "no mesh").starts_with("not a readable PLY file"));
     let header = "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n";

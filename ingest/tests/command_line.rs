@@ -247,7 +247,7 @@ fn what_cannot_be_a_world_is_one_line_and_exit_code_2_and_leaves_nothing() {
         (
             "model.lod",
             "out.html",
-            "out.html: levels are written as .lod, .x3d or .wrl, one of them as .ply",
+            "out.html: levels are written as .spm, .lod, .x3d or .wrl, one of them as .ply",
         ),
         (
             "model.lod",

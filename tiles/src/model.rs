@@ -101,18 +101,24 @@ impl Model {
         } else {
             1.0
         };
-        let on_lattice = |positions: &[DVec3]| positions.iter().map(|&at| ((at - low) / step).round()).collect();
-        Ok(Self {
-            origin: low,
-            step: DVec3::splat(step),
+        Ok(Self::on_lattice(partition, low, DVec3::splat(step)))
+    }
+
+    /// Rounds every position of `partition`, in the units of a mesh, to a lattice. [`encode`] says whether it is one.
+    #[must_use]
+    pub fn on_lattice(partition: &SurfacePartition, origin: DVec3, step: DVec3) -> Self {
+        let rounded = |positions: &[DVec3]| positions.iter().map(|&at| ((at - origin) / step).round()).collect();
+        Self {
+            origin,
+            step,
             is_height_field: false,
             sampling: None,
             partition: SurfacePartition {
-                positions: on_lattice(&partition.positions),
-                blue_positions: on_lattice(&partition.blue_positions),
+                positions: rounded(&partition.positions),
+                blue_positions: rounded(&partition.blue_positions),
                 ..partition.clone()
             },
-        })
+        }
     }
 
     /// The partition in the units of the mesh.

@@ -11,13 +11,16 @@
 use glam::DVec3;
 
 use super::samples::{Sample, SampleLists};
-use crate::distance::{squared_to_segment, squared_to_triangle};
+use crate::distance::{squared_to_box, squared_to_segment, squared_to_triangle};
 use crate::half_edges::{self, HalfEdges};
 
 /// Cosine of the largest angle by which a triangle may turn in one collapse: 78°.
 const LEAST_COSINE: f64 = 0.2;
 /// Altitude over longest side of the flattest triangle that a collapse may make.
 const LEAST_ALTITUDE: f64 = 1e-4;
+/// Steps along a spoke from one point that is looked at to the next.
+const FEWEST_STEPS: usize = 3;
+const MOST_STEPS: usize = 6;
 
 /// A triangle that the collapse leaves, with the red vertex and two others.
 #[derive(Clone, Copy, Debug)]
@@ -46,29 +49,31 @@ pub(crate) struct Star {
     facets: Vec<Facet>,
     rims: Vec<Rim>,
     removed: Vec<u32>,
+    /// Those under the star, once they are needed.
     samples: Vec<Sample>,
+    has_samples: bool,
 }
 
 impl Star {
-    /// Looks at the edge between two neighbours and what is under its star.
-    pub(crate) fn gather(
-        &mut self,
-        connectivity: &HalfEdges,
-        positions: &[DVec3],
-        lists: &SampleLists,
-        [blue, red]: [u32; 2],
-    ) {
+    /// Looks at the edge between two neighbours.
+    pub(crate) fn gather(&mut self, connectivity: &HalfEdges, positions: &[DVec3], [blue, red]: [u32; 2]) {
         self.facets.clear();
         self.removed.clear();
         self.gather_facets(connectivity, positions, blue, red);
         self.gather_facets(connectivity, positions, red, blue);
         self.gather_rims();
         self.samples.clear();
-        let facets = self.facets.iter().map(|facet| facet.triangle);
-        let removed = self.removed.iter().copied();
-        facets
-            .chain(removed)
-            .for_each(|triangle| lists.gather(triangle, &mut self.samples));
+        self.has_samples = false;
+    }
+
+    fn gather_samples(&mut self, lists: &SampleLists) {
+        if !std::mem::replace(&mut self.has_samples, true) {
+            let facets = self.facets.iter().map(|facet| facet.triangle);
+            let removed = self.removed.iter().copied();
+            facets
+                .chain(removed)
+                .for_each(|triangle| lists.gather(triangle, &mut self.samples));
+        }
     }
 
     fn gather_facets(&mut self, connectivity: &HalfEdges, positions: &[DVec3], centre: u32, other_end: u32) {
@@ -126,16 +131,26 @@ impl Star {
         })
     }
 
-    /// The triangles with the red vertex at `place`.
-    pub(crate) fn triangles(&self, place: DVec3) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-        self.facets.iter().map(move |facet| [place, facet.at[0], facet.at[1]])
+    /// Points of the star with the red vertex at `place`, about as many as it has samples, but not many, in rows along its spokes.
+    pub(crate) fn points(&self, place: DVec3) -> impl Iterator<Item = DVec3> + '_ {
+        let each = self.samples.len() / self.facets.len().max(1);
+        let steps = each.isqrt().clamp(FEWEST_STEPS, MOST_STEPS);
+        let is_new = move |&(from, to): &(usize, usize)| from > 0 && from + to < steps;
+        let grid = (0..steps).flat_map(move |to| (0..steps).map(move |from| (from, to)));
+        let grid = grid.filter(is_new);
+        self.facets.iter().flat_map(move |facet| {
+            let [along_from, along_to] = facet.at.map(|at| (at - place) / steps as f64);
+            grid.clone()
+                .map(move |(from, to)| place + along_from * from as f64 + along_to * to as f64)
+        })
     }
 
     /// Whether every sample is within `tolerance` of the star with the red vertex at `place`.
     ///
     /// # Errors
     /// The distance of the first that is not. It comes first from then on: it will be too far from the next place, too.
-    pub(crate) fn keeps_samples(&mut self, place: DVec3, tolerance: f64) -> Result<(), f64> {
+    pub(crate) fn keeps_samples(&mut self, place: DVec3, tolerance: f64, lists: &SampleLists) -> Result<(), f64> {
+        self.gather_samples(lists);
         let squared_tolerance = tolerance * tolerance;
         let mut guess = 0;
         for index in 0..self.samples.len() {
@@ -155,7 +170,7 @@ impl Star {
         let mut nearest = (guess % count, f64::INFINITY);
         for step in 0..count {
             let part = (guess + step) % count;
-            let squared = self.squared_to_part(sample, place, part);
+            let squared = self.squared_to_part(sample, place, part, nearest.1);
             if squared < nearest.1 {
                 nearest = (part, squared);
             }
@@ -178,13 +193,18 @@ impl Star {
         }
     }
 
-    fn squared_to_part(&self, sample: &Sample, place: DVec3, part: usize) -> f64 {
+    /// Distance of a sample from a part, squared, or anything from `limit` on if it is not below that.
+    fn squared_to_part(&self, sample: &Sample, place: DVec3, part: usize, limit: f64) -> f64 {
         if self.is_measured_from_rims(sample) {
             let Rim { from, to, .. } = self.rims[part];
             squared_to_segment(sample.at, [from.unwrap_or(place), to])
         } else {
             let [from, to] = self.facets[part].at;
-            squared_to_triangle(sample.at, [place, from, to])
+            let corners = [place, from, to];
+            match squared_to_box(sample.at, corners) {
+                squared if squared >= limit => squared,
+                _ => squared_to_triangle(sample.at, corners),
+            }
         }
     }
 

@@ -2,30 +2,22 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use terrain_core::Mesh;
-use terrain_core::hausdorff::SurfaceTree;
+use terrain_core::hausdorff::{PRECISION, SurfaceTree};
 
-/// By how much a bound may exceed the largest distance found, as a share of it.
-const PRECISION: f64 = 1.0 / 128.0;
+/// Triangles that one thread measures in one go; the result depends on it, but not on the number of threads.
+const RUN: usize = 256;
 
-/// A bound of the distance between two surfaces, each way, in their units.
-pub(super) fn distance(one: (&Mesh, &SurfaceTree), other: (&Mesh, &SurfaceTree)) -> f64 {
-    let enough = found(one.0, other.1).max(found(other.0, one.1)) * (1.0 + PRECISION);
-    one_sided(one.0, other.1, enough).max(one_sided(other.0, one.1, enough))
+/// A bound of the distance between two surfaces, the larger one of the two ways, in their units.
+pub(super) fn distance(one: &SurfaceTree, other: &SurfaceTree) -> f64 {
+    let there_and_back = |measure: Measure| one_sided(one, other, measure).max(one_sided(other, one, measure));
+    let found = there_and_back(&|to, triangles| to.farthest(triangles));
+    there_and_back(&|to, triangles| to.bound(triangles, found * (1.0 + PRECISION)))
 }
 
-/// The largest distance at the middles of triangles: no bound is below it.
-fn found(from: &Mesh, to: &SurfaceTree) -> f64 {
-    largest(from, |[a, b, c]| to.distance((a + b + c) / 3.0).max(to.distance(a)))
-}
+/// How far triangles are from a surface.
+type Measure<'a> = &'a (dyn Fn(&SurfaceTree, &[[DVec3; 3]]) -> f64 + Sync);
 
-fn one_sided(from: &Mesh, to: &SurfaceTree, enough: f64) -> f64 {
-    largest(from, |corners| to.bound(corners, enough))
-}
-
-/// The largest of what `measure` finds for the triangles; the same on any number of threads.
-fn largest(mesh: &Mesh, measure: impl Fn([DVec3; 3]) -> f64 + Send + Sync) -> f64 {
-    let triangles = mesh.triangles.par_iter();
-    let corners = triangles.map(|corners| corners.map(|corner| mesh.positions[corner as usize]));
-    corners.map(measure).reduce(|| 0.0, f64::max)
+fn one_sided(from: &SurfaceTree, to: &SurfaceTree, measure: Measure) -> f64 {
+    let runs = from.facets().par_chunks(RUN);
+    runs.map(|run| measure(to, run)).reduce(|| 0.0, f64::max)
 }

@@ -6,6 +6,7 @@ use terrain_core::level_view::LevelView;
 use terrain_core::replay::{Replay, Step};
 use terrain_core::{Mesh, SurfacePartition};
 
+use super::spm_file::Lattice;
 use super::{Column, Storage};
 
 /// A Surface Partition and its columns.
@@ -13,6 +14,8 @@ use super::{Column, Storage};
 pub(super) struct LeveledModel {
     pub(super) partition: SurfacePartition,
     pub(super) columns: Vec<LeveledColumn>,
+    /// Where the positions were rounded to, if they were.
+    pub(super) lattice: Option<Lattice>,
 }
 
 /// A column of numbers that follow the vertices from level to level.
@@ -46,6 +49,13 @@ impl LeveledModel {
         });
         let columns = columns.collect();
         Some((mesh, columns))
+    }
+
+    /// The smallest and the largest coordinates in any level.
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let positions = self.partition.positions.iter().chain(&self.partition.blue_positions);
+        let nowhere = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        positions.fold(nowhere, |(low, high), &at| (low.min(at), high.max(at)))
     }
 
     /// Whether every vertex is in one place in all levels.

@@ -31,6 +31,7 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<LeveledModel, ModelErr
     Ok(LeveledModel {
         partition,
         columns: Vec::new(),
+        lattice: None,
     })
 }
 

@@ -1,12 +1,15 @@
 //! What a model file holds, whatever its format, and how that becomes a mesh.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use terrain_core::Mesh;
 use terrain_core::multilevel::Limits;
 
 use super::{Column, Model, ModelError};
+
+/// The largest coordinate: fifth powers of lengths, which measuring needs, are numbers still.
+const FARTHEST: f64 = 1e60;
 
 /// Vertices and triangles as a file has them: positions may be there several times.
 #[derive(Clone, Debug, Default)]
@@ -38,18 +41,29 @@ impl Polygons {
         Ok(())
     }
 
-    /// One vertex for each position that a triangle uses, in the order of the file. Triangles that lose a corner are dropped;
-    /// so are columns whose values at one position differ.
+    /// One vertex for each position that a triangle uses, in the order of the file. Triangles that lose a corner, or that were
+    /// there before, are dropped; so are columns whose values at one position differ.
     pub(super) fn welded(self) -> Result<Model, ModelError> {
         if let Some(vertex) = self.positions.iter().position(|position| !position.is_finite()) {
             return Err(ModelError::NotFinite(vertex));
+        }
+        if let Some(vertex) = self
+            .positions
+            .iter()
+            .position(|position| position.abs().max_element() > FARTHEST)
+        {
+            return Err(ModelError::TooFar(vertex));
         }
         let first = self.first_at_each_position();
         let corners = self
             .triangles
             .iter()
             .map(|corners| corners.map(|corner| first[corner as usize]));
-        let proper: Vec<[u32; 3]> = corners.filter(|&[a, b, c]| a != b && b != c && c != a).collect();
+        let mut known = HashSet::new();
+        let proper: Vec<[u32; 3]> = corners
+            .filter(|&[a, b, c]| a != b && b != c && c != a)
+            .filter(|&corners| known.insert(from_least(corners)))
+            .collect();
         if proper.is_empty() {
             return Err(ModelError::NoTriangles);
         }
@@ -84,6 +98,15 @@ impl Polygons {
         vertices
             .map(|(vertex, position)| *first.entry(key(position)).or_insert(vertex))
             .collect()
+    }
+}
+
+/// The same triangle, beginning with its least corner.
+fn from_least([a, b, c]: [u32; 3]) -> [u32; 3] {
+    match a.min(b).min(c) {
+        least if least == a => [a, b, c],
+        least if least == b => [b, c, a],
+        _ => [c, a, b],
     }
 }
 

@@ -1,14 +1,16 @@
 //! From a model to its levels of detail.
 //!
 //! ```text
-//! collapse, band by band, until the target; where it is an error, again with a smaller tolerance until it holds
+//! part surfaces that touch in vertices only
+//! collapse, band by band, until the target; round; where the target is an error, again with a smaller tolerance until it holds
 //! or, where the model is no manifold: cluster by grids, cells half as wide from level to level
 //! certify each level
 //! ```
 //! A level ends where half of the triangles of the one before are left.
 
-use anyhow::{Result, bail};
-use terrain_core::clustering::{Clustering, clustered_mesh, grid_clusterings};
+use std::borrow::Cow;
+
+use anyhow::Result;
 use terrain_core::connectivity::Connectivity;
 use terrain_core::hausdorff::SurfaceTree;
 use terrain_core::manifold::{self, ManifoldError};
@@ -16,8 +18,8 @@ use terrain_core::model::{Goal, ModelSimplifier, Placement};
 use terrain_core::replay::{Demand, Replay};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 
-use super::levels::{Carrier, LeveledColumn, LeveledModel};
-use super::{Model, certify};
+use super::levels::{Carrier, LeveledModel};
+use super::{Model, ModelError, certify, clustered, spm_file};
 use crate::progress::Progress;
 
 /// When to stop simplifying.
@@ -29,6 +31,17 @@ pub enum Target {
     Triangles(usize),
     /// With as few triangles as an error allows, in the model's units.
     Error(f64),
+}
+
+/// What the levels are for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Order {
+    /// When to stop simplifying.
+    pub(super) target: Target,
+    /// Where vertices may go.
+    pub(super) placement: Placement,
+    /// Whether positions are to be on a lattice, for a `.spm` file.
+    pub(super) is_rounded: bool,
 }
 
 /// How levels were made.
@@ -44,88 +57,95 @@ pub(super) enum Way {
 const ATTEMPTS: usize = 8;
 /// Share that is tried next of the tolerance that should hold.
 const CAUTION: f64 = 0.98;
-/// Steps from the size of one grid's cells to the next smaller one that is looked at.
-const CELL_STEP: f64 = 0.84;
-/// Sizes of cells that are looked at: down to a 16,000th of the model.
-const CELL_STEPS: usize = 56;
-/// Share of the vertices that a grid must leave to be too fine for a level of its own.
-const TOO_FINE: f64 = 0.75;
-
 /// Makes and certifies the levels of a model.
-pub(super) fn leveled(
-    model: &Model,
-    target: Target,
-    keeps_vertices: bool,
-    progress: &Progress,
-) -> Result<(LeveledModel, Way)> {
+pub(super) fn leveled(model: &Model, order: Order, progress: &Progress) -> Result<(LeveledModel, Way)> {
     let tree = SurfaceTree::new(&model.mesh);
-    let placement = if keeps_vertices {
-        Placement::Stay
-    } else {
-        Placement::Best
+    let (mut leveled, way) = match as_manifold(model, progress) {
+        Ok(model) => (collapsed(&model, &tree, order, progress)?, Way::Collapses),
+        Err(fault) if order.is_rounded => return Err(ModelError::NoManifold(fault).into()),
+        Err(fault) => {
+            let leveled = clustered::leveled(model, &tree, order.target, progress)?;
+            (leveled, Way::Clustering(fault))
+        }
     };
-    let (mut leveled, way) = match manifold::check_stars(&Connectivity::new(&model.mesh)) {
-        Ok(()) => (collapsed(model, &tree, target, placement, progress)?, Way::Collapses),
-        Err(fault) => (clustered(model, &tree, target, progress)?, Way::Clustering(fault)),
-    };
-    certify_levels(&mut leveled.partition, &model.mesh, &tree, progress);
-    Ok((leveled, way))
+    certify_levels(&mut leveled, &tree, progress);
+    match order.target {
+        Target::Error(error) if leveled.partition.levels[0].error > error => Err(ModelError::TooExact(error).into()),
+        _ => Ok((leveled, way)),
+    }
 }
 
-/// Measures each level; the finest one is the model. Errors never shrink towards the coarsest.
-fn certify_levels(partition: &mut SurfacePartition, mesh: &Mesh, tree: &SurfaceTree, progress: &Progress) {
-    let finest = partition.levels.len() - 1;
-    progress.stage("measuring levels", finest as u64);
-    partition.levels[finest].error = 0.0;
-    for level in (0..finest).rev() {
-        let finer = partition.levels[level + 1].error;
-        partition.levels[level].error = distance(partition, level, mesh, tree).max(finer);
+/// The model, if it is a manifold, or the same with its surfaces parted where they only touch in vertices.
+///
+/// # Errors
+/// What keeps it from being a manifold even then.
+fn as_manifold<'a>(model: &'a Model, progress: &Progress) -> Result<Cow<'a, Model>, ManifoldError> {
+    let check = |model: &Model| manifold::check_stars(&Connectivity::new(&model.mesh));
+    match check(model) {
+        Ok(()) => Ok(Cow::Borrowed(model)),
+        Err(ManifoldError::Vertex(_)) => {
+            let parted = model.parted_at_vertices();
+            check(&parted)?;
+            let count = parted.mesh.positions.len() - model.mesh.positions.len();
+            progress.note(&format!(
+                "surfaces that touch in a vertex and nowhere else are parted there, {count} times"
+            ));
+            Ok(Cow::Owned(parted))
+        }
+        Err(fault) => Err(fault),
+    }
+}
+
+/// Measures each level; the finest one is the model, unless it is rounded. Errors never shrink towards the coarsest.
+fn certify_levels(leveled: &mut LeveledModel, tree: &SurfaceTree, progress: &Progress) {
+    let count = leveled.level_count();
+    progress.stage("measuring levels", count as u64);
+    let mut error = 0.0;
+    for level in (0..count).rev() {
+        if level + 1 < count || leveled.lattice.is_some() {
+            error = distance(&leveled.partition, level, tree).max(error);
+        }
+        leveled.partition.levels[level].error = error;
         progress.advance(1);
     }
     progress.done();
 }
 
-fn distance(partition: &SurfacePartition, level: usize, mesh: &Mesh, tree: &SurfaceTree) -> f64 {
-    let surface = partition.lod(level);
-    certify::distance((&surface, &SurfaceTree::new(&surface)), (mesh, tree))
+/// How far a level, 0 being the coarsest, is from the model.
+pub(super) fn distance(partition: &SurfacePartition, level: usize, model: &SurfaceTree) -> f64 {
+    certify::distance(&SurfaceTree::new(&partition.lod(level)), model)
 }
 
-fn collapsed(
-    model: &Model,
-    tree: &SurfaceTree,
-    target: Target,
-    placement: Placement,
-    progress: &Progress,
-) -> Result<LeveledModel> {
-    let Target::Error(error) = target else {
-        let triangles = if let Target::Triangles(triangles) = target {
-            triangles
-        } else {
-            0
-        };
-        let tolerance = f64::INFINITY;
-        let log = collapse(&model.mesh, placement, Goal { tolerance, triangles }, progress)?;
-        return from_log(model, &log);
-    };
+fn collapsed(model: &Model, tree: &SurfaceTree, order: Order, progress: &Progress) -> Result<LeveledModel> {
+    match order.target {
+        Target::Error(error) => within(error, model, tree, order, progress),
+        Target::Triangles(triangles) => down_to(triangles, model, order, progress),
+        Target::Coarsest => down_to(0, model, order, progress),
+    }
+}
+
+fn down_to(triangles: usize, model: &Model, order: Order, progress: &Progress) -> Result<LeveledModel> {
+    let tolerance = f64::INFINITY;
+    let log = collapse(&model.mesh, order.placement, Goal { tolerance, triangles }, progress)?;
+    from_log(model, &log, order)
+}
+
+/// With a tolerance that turns out to keep the error. If there is none, the model alone does.
+fn within(error: f64, model: &Model, tree: &SurfaceTree, order: Order, progress: &Progress) -> Result<LeveledModel> {
     let mut tolerance = error;
     for _ in 0..ATTEMPTS {
-        let log = collapse(
-            &model.mesh,
-            placement,
-            Goal {
-                tolerance,
-                triangles: 0,
-            },
-            progress,
-        )?;
-        let leveled = from_log(model, &log)?;
-        let reached = distance(&leveled.partition, 0, &model.mesh, tree);
+        let goal = Goal {
+            tolerance,
+            triangles: 0,
+        };
+        let leveled = from_log(model, &collapse(&model.mesh, order.placement, goal, progress)?, order)?;
+        let reached = distance(&leveled.partition, 0, tree);
         if reached <= error {
             return Ok(leveled);
         }
         tolerance *= error / reached * CAUTION;
     }
-    bail!("no tolerance was found that keeps the error {error}; ask for a larger one")
+    from_log(model, &CollapseLog::default(), order)
 }
 
 fn collapse(mesh: &Mesh, placement: Placement, goal: Goal, progress: &Progress) -> Result<CollapseLog> {
@@ -143,94 +163,21 @@ fn collapse(mesh: &Mesh, placement: Placement, goal: Goal, progress: &Progress) 
     Ok(simplifier.log().clone())
 }
 
-fn from_log(model: &Model, log: &CollapseLog) -> Result<LeveledModel> {
+fn from_log(model: &Model, log: &CollapseLog, order: Order) -> Result<LeveledModel> {
     let mut carrier = Carrier::new(&model.columns, &model.mesh.positions);
     let replay = Replay::run(&model.mesh, log, Demand::Drawable, |step| carrier.carry(step))?;
     let batches = replay.band_batches(log, f64::INFINITY);
-    Ok(LeveledModel {
+    let leveled = LeveledModel {
         partition: SurfacePartition::from_replay(&model.mesh, &replay, &batches)?,
         columns: carrier.finish(&replay),
-    })
-}
-
-/// The positions of the model and its triangles, for clusterings.
-struct Clustered<'a> {
-    model: &'a Model,
-    positions: Vec<[f64; 3]>,
-}
-
-fn clustered(model: &Model, tree: &SurfaceTree, target: Target, progress: &Progress) -> Result<LeveledModel> {
-    progress.stage("clustering", 1);
-    let clustered = Clustered {
-        model,
-        positions: model
-            .mesh
-            .positions
-            .iter()
-            .map(|position| position.to_array())
-            .collect(),
+        lattice: None,
     };
-    let (low, high) = model.mesh.bounds();
-    let cells = || std::iter::successors(Some(low.distance(high)), |cell| Some(cell * CELL_STEP)).take(CELL_STEPS);
-    let is_drawn = |cell: &f64| clustered.triangles_left(*cell).is_some_and(|count| count > 0);
-    let is_small = |cell: &f64, most: usize| clustered.triangles_left(*cell).is_some_and(|count| count <= most);
-    let keeps = |cell: &f64, error: f64| {
-        let leveled = clustered.down_to(Some(*cell));
-        leveled.is_ok_and(|leveled| distance(&leveled.partition, 0, &model.mesh, tree) <= error)
+    if !order.is_rounded {
+        return Ok(leveled);
+    }
+    let error = match order.target {
+        Target::Error(error) => Some(error),
+        Target::Triangles(_) | Target::Coarsest => None,
     };
-    let coarsest = match target {
-        Target::Coarsest => cells().find(is_drawn),
-        Target::Triangles(count) => cells().take_while(|cell| is_small(cell, count)).last().filter(is_drawn),
-        Target::Error(error) => cells().find(|cell| is_drawn(cell) && keeps(cell, error)),
-    };
-    let leveled = clustered.down_to(coarsest);
-    progress.advance(1);
-    progress.done();
-    leveled
-}
-
-impl Clustered<'_> {
-    /// Levels of which the coarsest has cells of a size; the model alone where there is none.
-    fn down_to(&self, coarsest: Option<f64>) -> Result<LeveledModel> {
-        let Some(coarsest) = coarsest else { return self.by(&[]) };
-        let mut count = 1;
-        let mut finest = coarsest;
-        while self.is_worth_a_level(finest / 2.0) {
-            finest /= 2.0;
-            count += 1;
-        }
-        self.by(&grid_clusterings(&self.positions, finest, count)?)
-    }
-
-    /// Whether cells of a size bring vertices together, not just a few.
-    fn is_worth_a_level(&self, cell: f64) -> bool {
-        let clusterings = grid_clusterings(&self.positions, cell, 1).unwrap_or_default();
-        let left = |clustering: &Clustering| clustering.positions.len() as f64;
-        clusterings
-            .first()
-            .is_some_and(|clustering| left(clustering) < TOO_FINE * self.positions.len() as f64)
-    }
-
-    /// Triangles with corners in three different cells; none where cells of that size cannot be numbered.
-    fn triangles_left(&self, cell: f64) -> Option<usize> {
-        let clusterings = grid_clusterings(&self.positions, cell, 1).ok()?;
-        let mapping = &clusterings.first()?.mapping;
-        let corners = self
-            .model
-            .mesh
-            .triangles
-            .iter()
-            .map(|corners| corners.map(|corner| mapping[corner as usize]));
-        Some(corners.filter(|&[a, b, c]| a != b && b != c && c != a).count())
-    }
-
-    fn by(&self, clusterings: &[Clustering]) -> Result<LeveledModel> {
-        let clustered = clustered_mesh(&self.positions, &self.model.mesh.triangles, clusterings)?;
-        let partition = clustered.mesh.to_partition()?;
-        let column = |column| LeveledColumn::kept(column, &clustered.vertex_order, &partition.representatives);
-        Ok(LeveledModel {
-            columns: self.model.columns.iter().map(column).collect(),
-            partition,
-        })
-    }
+    Ok(spm_file::rounded(&leveled, error)?)
 }
