@@ -134,7 +134,7 @@ pub fn encode(partition: &SurfacePartition, frame: &Frame) -> Result<Coded, Enco
     let mut levels = Vec::with_capacity(partition.levels.len());
     for (index, level) in partition.levels.iter().enumerate() {
         schedule.level = index as u32;
-        let splits = level.vertex_end as usize - coder.surface.positions.len();
+        let splits = level.vertex_end as usize - coder.surface.vertices.len();
         let stage = stage(index, partition.levels.len(), frame);
         let coded = coder.code(&mut encoder, stage, splits, &mut schedule);
         coded.map_err(|_| EncodeError::NotASurface)?;
@@ -164,7 +164,7 @@ pub fn decode(base: BaseSize, levels: &[Level], bytes: &[&[u8]], frame: &Frame) 
                 none.insert(level_coder(read.ok_or(Damaged(index))?, frame))
             }
         };
-        let splits = (level.vertex_end as usize).checked_sub(coder.surface.positions.len());
+        let splits = (level.vertex_end as usize).checked_sub(coder.surface.vertices.len());
         let stage = stage(index, levels.len(), frame);
         let read = coder.code(&mut decoder, stage, splits.ok_or(Damaged(index))?, &mut Unknown);
         let is_complete = coder.surface.triangle_count() == level.triangle_end as usize;
@@ -177,7 +177,7 @@ pub fn decode(base: BaseSize, levels: &[Level], bytes: &[&[u8]], frame: &Frame) 
         positions: coder.made_at,
         blue_positions: coder.blue_positions,
         representatives: coder.representatives,
-        triangles: coder.surface.triangles().to_vec(),
+        triangles: coder.surface.triangles().collect(),
         levels: levels[..bytes.len().min(levels.len())].to_vec(),
     })
 }
@@ -193,8 +193,9 @@ fn stage(index: usize, count: usize, frame: &Frame) -> Stage {
 }
 
 fn level_coder(base: Base, frame: &Frame) -> LevelCoder {
-    let splits = SplitModel::new(frame.is_height_field, frame.sampling, base.positions.len());
-    LevelCoder::new(Surface::new(base.positions, &base.triangles), splits, frame.bounds)
+    let splits = SplitModel::new(frame.is_height_field, frame.sampling);
+    let vertices = base.positions.iter().map(|&position| splits.vertex(position)).collect();
+    LevelCoder::new(Surface::new(vertices, &base.triangles), splits, frame.bounds)
 }
 
 fn check_lattice(partition: &SurfacePartition, frame: &Frame) -> Result<(), EncodeError> {
@@ -238,16 +239,12 @@ fn check_result(partition: &SurfacePartition, coder: &LevelCoder, schedule: &Sch
         least if least == b => [b, c, a],
         _ => [c, a, b],
     };
-    let original = |triangle: &[u32; 3]| turned(triangle.map(|corner| schedule.originals[corner as usize]));
+    let original = |triangle: [u32; 3]| turned(triangle.map(|corner| schedule.originals[corner as usize]));
+    let coded: Vec<[u32; 3]> = coder.surface.triangles().map(original).collect();
     let mut start = 0;
     for level in &partition.levels {
         let run = start..level.triangle_end as usize;
-        let coded = coder
-            .surface
-            .triangles()
-            .get(run.clone())
-            .ok_or(EncodeError::NotASurface)?;
-        let mut coded: Vec<[u32; 3]> = coded.iter().map(original).collect();
+        let mut coded = coded.get(run.clone()).ok_or(EncodeError::NotASurface)?.to_vec();
         let mut told: Vec<[u32; 3]> = partition.triangles[run].iter().copied().map(turned).collect();
         coded.sort_unstable();
         told.sort_unstable();

@@ -9,12 +9,10 @@
 //! A vertex splits as soon as all splits that must come before have been made, so that "no" is the answer until its star
 //! changes.
 
-use std::collections::VecDeque;
-
 use glam::DVec3;
 
 use super::range_coder::{Coder, Probability};
-use super::split::{Place, Split, SplitModel};
+use super::split::{Split, SplitModel};
 use super::surface::{Ring, Surface, are_possible};
 
 /// Valences that have statistics of their own.
@@ -75,24 +73,26 @@ pub(super) struct LevelCoder {
     bounds: [DVec3; 2],
     splits: SplitModel,
     answers: [[[[Probability; VALENCES]; 2]; 2]; 3],
-    queue: VecDeque<u32>,
-    is_queued: Vec<bool>,
+    /// Vertices to ask in this round.
+    round: Vec<u32>,
+    /// Those to ask in the next.
+    queue: Vec<u32>,
     ring: Ring,
 }
 
 impl LevelCoder {
     pub(super) fn new(surface: Surface, splits: SplitModel, bounds: [DVec3; 2]) -> Self {
-        let count = surface.positions.len();
+        let positions: Vec<DVec3> = surface.vertices.iter().map(|vertex| vertex.position).collect();
         Self {
-            representatives: (0..count as u32).collect(),
-            made_at: surface.positions.clone(),
-            blue_positions: surface.positions.clone(),
+            representatives: (0..positions.len() as u32).collect(),
+            made_at: positions.clone(),
+            blue_positions: positions,
             surface,
             bounds,
             splits,
             answers: Default::default(),
-            queue: VecDeque::new(),
-            is_queued: Vec::new(),
+            round: Vec::new(),
+            queue: Vec::new(),
             ring: Ring::default(),
         }
     }
@@ -105,19 +105,24 @@ impl LevelCoder {
         count: usize,
         source: &mut impl Source,
     ) -> Result<(), Fault> {
-        let vertices = self.surface.positions.len();
+        let end = self.surface.vertices.len() + count;
         self.queue.clear();
-        self.queue.extend(0..vertices as u32);
-        self.is_queued.clear();
-        self.is_queued.resize(vertices, true);
-        let mut asked = 0;
-        while self.surface.positions.len() < vertices + count {
-            let vertex = self.queue.pop_front().ok_or(Fault)?;
-            self.is_queued[vertex as usize] = false;
-            asked += 1;
-            if self.can_split(stage, vertex) {
-                self.ask(coder, stage, vertex, asked > vertices, source)?;
+        self.queue.extend(0..self.surface.vertices.len() as u32);
+        self.surface.vertices.iter_mut().for_each(|vertex| vertex.is_queued = true);
+        let mut is_asked_again = false;
+        while self.surface.vertices.len() < end {
+            if self.queue.is_empty() {
+                return Err(Fault);
             }
+            std::mem::swap(&mut self.round, &mut self.queue);
+            self.queue.clear();
+            for asked in 0..self.round.len() {
+                self.ask(coder, stage, self.round[asked], is_asked_again, source)?;
+                if self.surface.vertices.len() == end {
+                    break;
+                }
+            }
+            is_asked_again = true;
         }
         Ok(())
     }
@@ -131,18 +136,18 @@ impl LevelCoder {
         is_asked_again: bool,
         source: &mut impl Source,
     ) -> Result<(), Fault> {
-        let is_closed = self.surface.is_closed(vertex);
-        let valence = (self.surface.valence(vertex) as usize).min(VALENCES - 1);
+        let asked = &mut self.surface.vertices[vertex as usize];
+        asked.is_queued = false;
+        let (valence, is_closed) = (asked.valence, asked.is_closed);
+        if !(2..=MAX_VALENCE).contains(&valence) || (stage == Stage::Boundary && is_closed) {
+            return Ok(());
+        }
         let answers = &mut self.answers[stage as usize][usize::from(is_closed)][usize::from(is_asked_again)];
-        if coder.bit(&mut answers[valence], source.splits(vertex)) {
+        let answer = &mut answers[(valence as usize).min(VALENCES - 1)];
+        if coder.bit(answer, source.splits(vertex)) {
             self.split(coder, stage, vertex, source)?;
         }
-        if coder.is_exhausted() { Err(Fault) } else { Ok(()) }
-    }
-
-    fn can_split(&self, stage: Stage, vertex: u32) -> bool {
-        (2..=MAX_VALENCE).contains(&self.surface.valence(vertex))
-            && (stage != Stage::Boundary || !self.surface.is_closed(vertex))
+        Ok(())
     }
 
     fn split<C: Coder>(
@@ -153,19 +158,19 @@ impl LevelCoder {
         source: &mut impl Source,
     ) -> Result<(), Fault> {
         self.surface.walk(vertex, &mut self.ring);
-        let place = Place {
-            surface: &self.surface,
-            vertex,
-            ring: &self.ring,
-            is_still: stage == Stage::Base,
-        };
-        let split = self.splits.code(coder, place, source.split(vertex, &self.ring));
-        if !are_possible(split.cuts, &self.ring) || !self.is_inside(split.blue) || !self.is_inside(split.red) {
+        let told = source.split(vertex, &self.ring);
+        let mut red = self.surface.vertices[vertex as usize];
+        let (blue, cuts) = self
+            .splits
+            .code(coder, &mut red, &mut self.ring, stage == Stage::Base, told);
+        let is_split = are_possible(cuts, &self.ring) && self.is_inside(blue.position) && self.is_inside(red.position);
+        if !is_split || coder.is_exhausted() {
             return Err(Fault);
         }
-        self.surface.split(vertex, &self.ring, split.cuts, split.blue);
-        self.surface.positions[vertex as usize] = split.red;
-        self.note(stage, vertex, split);
+        self.surface.vertices[vertex as usize] = red;
+        self.note(stage, vertex, red.position, blue.position);
+        self.surface.split(vertex, &self.ring, cuts, blue);
+        self.enqueue(vertex);
         source.performed(vertex);
         Ok(())
     }
@@ -175,17 +180,22 @@ impl LevelCoder {
         position.cmpge(low).all() && position.cmple(high).all()
     }
 
-    fn note(&mut self, stage: Stage, vertex: u32, split: Split) {
-        let blue = self.made_at.len() as u32;
+    fn note(&mut self, stage: Stage, vertex: u32, red: DVec3, blue: DVec3) {
+        let number = self.made_at.len() as u32;
         let is_base = stage == Stage::Base;
-        self.made_at.push(split.blue);
-        self.representatives.push(if is_base { blue } else { vertex });
-        self.blue_positions.push(if is_base { split.blue } else { split.red });
-        self.is_queued.push(true);
-        self.queue.push_back(blue);
-        for neighbour in std::iter::once(vertex).chain(self.ring.vertices.iter().copied()) {
-            if !std::mem::replace(&mut self.is_queued[neighbour as usize], true) {
-                self.queue.push_back(neighbour);
+        self.made_at.push(blue);
+        self.representatives.push(if is_base { number } else { vertex });
+        self.blue_positions.push(if is_base { blue } else { red });
+    }
+
+    /// Queues the vertex that split, the new one and all around the two that wait for nothing yet.
+    fn enqueue(&mut self, vertex: u32) {
+        let blue = self.surface.vertices.len() as u32 - 1;
+        let neighbours = self.ring.spokes.iter().map(|spoke| spoke.vertex);
+        for around in [blue, vertex].into_iter().chain(neighbours) {
+            let is_queued = &mut self.surface.vertices[around as usize].is_queued;
+            if !std::mem::replace(is_queued, true) {
+                self.queue.push(around);
             }
         }
     }

@@ -42,8 +42,8 @@ impl NumberModel {
     /// Codes a whole number that is expected to be as large as `guess`; `sign` tells kinds of expectations of its sign apart.
     #[inline]
     pub(super) fn code(&mut self, coder: &mut impl Coder, guess: f64, sign: usize, value: f64) -> f64 {
-        let magnitude = value.abs() as u64;
-        let (length, class) = self.code_length(coder, guess as u64, bit_length(magnitude));
+        let magnitude = coder.told(|| value.abs() as u64);
+        let (length, class) = self.code_length(coder, guess, bit_length(magnitude));
         if length == 0 {
             return 0.0;
         }
@@ -56,8 +56,8 @@ impl NumberModel {
     }
 
     #[inline]
-    fn code_length(&mut self, coder: &mut impl Coder, guess: u64, length: u32) -> (u32, usize) {
-        let expected = bit_length(guess);
+    fn code_length(&mut self, coder: &mut impl Coder, guess: f64, length: u32) -> (u32, usize) {
+        let expected = whole_bits(guess);
         let context = (expected as usize).min(SMALL_GUESSES - 1);
         let offset = expected as i32 - BELOW;
         let class = (length as i32 - offset).clamp(0, CLASSES as i32 - 1) as usize;
@@ -71,7 +71,7 @@ impl NumberModel {
     #[inline]
     fn code_mantissa(&mut self, coder: &mut impl Coder, class: usize, length: u32, magnitude: u64) -> u64 {
         let mut read = 1;
-        let learned = (length - 1).min(2);
+        let learned = (length - 1).min(1);
         for place in 0..learned {
             let bit = magnitude >> (length - 2 - place) & 1 == 1;
             read = read << 1 | u64::from(coder.bit(&mut self.mantissas[class][read as usize], bit));
@@ -83,18 +83,26 @@ impl NumberModel {
 
 /// Codes one of as many symbols as there are probabilities, a power of two.
 #[inline]
-pub(super) fn code_symbol(coder: &mut impl Coder, probabilities: &mut [Probability], symbol: usize) -> usize {
-    let count = probabilities.len();
+pub(super) fn code_symbol<const COUNT: usize>(
+    coder: &mut impl Coder,
+    probabilities: &mut [Probability; COUNT],
+    symbol: usize,
+) -> usize {
     let mut node = 1;
-    let mut half = count >> 1;
+    let mut half = COUNT >> 1;
     while half > 0 {
         node = 2 * node + usize::from(coder.bit(&mut probabilities[node], symbol & half != 0));
         half >>= 1;
     }
-    node - count
+    node - COUNT
 }
 
 /// How many bits a number has; 0 has none.
 fn bit_length(number: u64) -> u32 {
     u64::BITS - number.leading_zeros()
+}
+
+/// How many bits the whole part of a number has that is not below 0: its exponent tells.
+fn whole_bits(number: f64) -> u32 {
+    ((number.to_bits() >> 52) as u32).saturating_sub(1022)
 }

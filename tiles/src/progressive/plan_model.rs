@@ -7,7 +7,7 @@
 
 use super::number::{NumberModel, SIGNS, code_symbol};
 use super::range_coder::{Coder, Probability};
-use super::sampling::{Fit, Sampling};
+use super::sampling::{Fit, Grid, Sampling};
 
 /// What is known of a coordinate before it is coded.
 #[derive(Clone, Copy, Debug)]
@@ -31,37 +31,22 @@ pub(super) struct Expected {
     sign: usize,
 }
 
-impl Default for Expected {
-    fn default() -> Self {
-        Self {
-            distance: 0.0,
-            sign: (SIGNS - 1) / 2,
-        }
-    }
-}
-
 impl Expected {
-    /// From the differences of the neighbours' coordinates: how far they are on the average, and to which side they lean. None
-    /// where there is no neighbour.
-    pub(super) fn of(differences: impl Iterator<Item = f64>) -> Option<Self> {
-        let (mut count, mut sum, mut distance) = (0.0, 0.0, 0.0);
-        for difference in differences {
-            count += 1.0;
-            sum += difference;
-            distance += difference.abs();
+    /// From the differences of `count` neighbours' coordinates, their sum and that of their sizes: how far they are on the average,
+    /// and to which side they lean.
+    pub(super) fn of(count: f64, sum: f64, sizes: f64) -> Self {
+        let lean = if sizes > 0.0 { sum / sizes } else { 0.0 };
+        Self {
+            distance: sizes / count,
+            sign: ((lean + 1.0) * ((SIGNS - 1) / 2) as f64 + 0.5) as i32 as usize,
         }
-        let lean = if distance > 0.0 { sum / distance } else { 0.0 };
-        (count > 0.0).then(|| Self {
-            distance: distance / count,
-            sign: ((lean + 1.0) * ((SIGNS - 1) / 2) as f64 + 0.5) as usize,
-        })
     }
 }
 
 /// What such coordinates were like so far.
 #[derive(Debug)]
 pub(super) struct PlanModel {
-    sampling: Option<Sampling>,
+    grid: Option<Grid>,
     fits: [[[Probability; 8]; Fit::COUNT]; 4],
     steps: [NumberModel; 2],
     units: [NumberModel; 2],
@@ -70,7 +55,7 @@ pub(super) struct PlanModel {
 impl PlanModel {
     pub(super) fn new(sampling: Option<Sampling>) -> Self {
         Self {
-            sampling,
+            grid: sampling.map(Grid::new),
             fits: Default::default(),
             steps: Default::default(),
             units: Default::default(),
@@ -79,25 +64,29 @@ impl PlanModel {
 
     /// How a coordinate lies to the samples.
     pub(super) fn fit(&self, axis: usize, coordinate: f64) -> Fit {
-        self.sampling
-            .map_or(Fit::Free, |sampling| sampling.fit(axis, coordinate))
+        self.grid.map_or(Fit::Free, |grid| grid.fit(axis, coordinate))
     }
 
     /// Codes a coordinate; tells it and how it fits.
+    #[inline]
     pub(super) fn code(&mut self, coder: &mut impl Coder, known: Known, told: f64) -> (f64, Fit) {
         let Known {
             axis, from, expected, ..
         } = known;
-        let fit = if told == from { Fit::Same } else { self.fit(axis, told) };
+        let fit = coder.told(|| match told {
+            _ if told == from => Fit::Same,
+            _ => self.fit(axis, told),
+        });
         let fits = &mut self.fits[2 * usize::from(known.is_along) + axis][known.fit.symbol()];
         let fit = Fit::from_symbol(code_symbol(coder, fits, fit.symbol()));
-        let coordinate = match (fit, self.sampling) {
+        let coordinate = match (fit, self.grid) {
             (Fit::Same, _) => from,
-            (Fit::Sample(halvings), Some(sampling)) => {
-                let [start, end] = [from, told].map(|coordinate| sampling.index(axis, halvings, coordinate));
-                let guess = expected.distance / sampling.step[axis] * f64::from(1 << halvings);
+            (Fit::Sample(halvings), Some(grid)) => {
+                let start = grid.index(axis, halvings, from);
+                let end = coder.told(|| grid.index(axis, halvings, told));
+                let guess = expected.distance * grid.steps[axis] * f64::from(1 << halvings);
                 let steps = self.steps[axis].code(coder, guess, expected.sign, end - start);
-                sampling.coordinate(axis, halvings, start + steps)
+                grid.coordinate(axis, halvings, start + steps)
             }
             _ => from + self.units[axis].code(coder, expected.distance, expected.sign, told - from),
         };

@@ -1,5 +1,6 @@
-//! An adaptive binary range coder, after G. Martin, *Range encoding*, 1979, in the form that LZMA made common: 32 bits of
-//! range, a probability of 16 bits for each context, a byte out whenever the range falls below 2^24.
+//! An adaptive binary range coder, after G. Martin, *Range encoding*, 1979, in the form that LZMA made common: a probability of
+//! 16 bits for each context, two bytes out whenever the range of 48 bits falls below 2^32. Products of the two stay below 2^53,
+//! so that a decoder can keep all of them in doubles.
 //!
 //! ```text
 //! low                    low + bound                       low + range
@@ -8,14 +9,20 @@
 //! It differs in two things: a probability moves in large steps at first, so that short streams learn fast, and the end is as
 //! short as it can be, for bytes after the last are read as 0.
 
-/// Below this the range is widened by a byte.
-const LEAST_RANGE: u32 = 1 << 24;
-/// Even bits that fit into the range at once.
-const EVEN_BITS: u32 = 16;
-/// Bytes that the decoder is ahead of what it needs.
-const AHEAD: usize = 4;
+/// Below this the range is widened by two bytes.
+const LEAST_RANGE: u64 = 1 << 32;
+/// The range at first.
+const WHOLE_RANGE: u64 = (1 << 48) - 1;
+/// Bits that go in or out together; also the even bits that fit into the range at once.
+const WORD_BITS: u32 = 16;
+/// Words that the decoder is ahead of what it needs.
+const AHEAD: usize = 3;
 /// By which power of two an answer moves a probability: the first, the second … the last for good.
-const RATES: [u8; 24] = [1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 6];
+const RATES: [u8; 32] = [
+    1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 6,
+];
+/// No probability comes nearer to 0 or 1 than so many 65,536ths.
+const LEAST: i32 = 32;
 
 /// How likely a bit is 1, learned from those before it in the same context.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +30,7 @@ pub(super) struct Probability {
     /// In 65,536ths.
     one: u16,
     /// Answers so far, up to the last of [`RATES`].
-    answers: u8,
+    answers: u16,
 }
 
 impl Default for Probability {
@@ -38,15 +45,15 @@ impl Default for Probability {
 impl Probability {
     #[inline]
     fn learn(&mut self, bit: bool) {
-        let rate = RATES[usize::from(self.answers)];
-        let (more, less) = ((u16::MAX - self.one) >> rate, self.one >> rate);
-        self.one = if bit { self.one + more } else { self.one - less };
-        self.answers += u8::from(usize::from(self.answers) + 1 < RATES.len());
+        let target = LEAST + (-i32::from(bit) & ((1 << 16) - 2 * LEAST));
+        let one = i32::from(self.one);
+        self.one = (one + ((target - one) >> RATES[usize::from(self.answers) % RATES.len()])) as u16;
+        self.answers += u16::from(usize::from(self.answers) + 1 < RATES.len());
     }
 
     #[inline]
-    fn bound(self, range: u32) -> u32 {
-        (range >> 16) * u32::from(self.one.max(1))
+    fn bound(self, range: u64) -> u64 {
+        (range >> WORD_BITS) * u64::from(self.one)
     }
 }
 
@@ -56,8 +63,11 @@ pub(super) trait Coder {
     /// A bit whose probability is learned.
     fn bit(&mut self, probability: &mut Probability, bit: bool) -> bool;
 
-    /// A number of at most [`EVEN_BITS`] bits, each as often 1 as not.
+    /// A number of at most [`WORD_BITS`] bits, each as often 1 as not.
     fn few_even_bits(&mut self, count: u32, value: u32) -> u32;
+
+    /// What a writer is to write; a reader need not work it out.
+    fn told<T: Default>(&self, value: impl FnOnce() -> T) -> T;
 
     /// Whether more was read than there is.
     fn is_exhausted(&self) -> bool {
@@ -68,10 +78,10 @@ pub(super) trait Coder {
     #[inline]
     fn even_bits(&mut self, mut count: u32, value: u64) -> u64 {
         let mut read = 0;
-        while count > EVEN_BITS {
-            count -= EVEN_BITS;
-            let part = value >> count & ((1 << EVEN_BITS) - 1);
-            read = read << EVEN_BITS | u64::from(self.few_even_bits(EVEN_BITS, part as u32));
+        while count > WORD_BITS {
+            count -= WORD_BITS;
+            let part = value >> count & ((1 << WORD_BITS) - 1);
+            read = read << WORD_BITS | u64::from(self.few_even_bits(WORD_BITS, part as u32));
         }
         let part = value & ((1 << count) - 1);
         read << count | u64::from(self.few_even_bits(count, part as u32))
@@ -83,7 +93,7 @@ pub(super) trait Coder {
 pub(super) struct Encoder {
     bytes: Vec<u8>,
     low: u64,
-    range: u32,
+    range: u64,
 }
 
 impl Encoder {
@@ -91,14 +101,14 @@ impl Encoder {
         Self {
             bytes: Vec::new(),
             low: 0,
-            range: u32::MAX,
+            range: WHOLE_RANGE,
         }
     }
 
     /// All bytes, the last ones the roundest number in what is left of the range.
     pub(super) fn finish(mut self) -> Vec<u8> {
-        let last = self.low + u64::from(self.range) - 1;
-        let zeros = (0..=32)
+        let last = self.low + self.range - 1;
+        let zeros = (0..=48)
             .rev()
             .find(|&zeros| last >> zeros << zeros >= self.low)
             .unwrap_or(0);
@@ -106,28 +116,22 @@ impl Encoder {
         for _ in 0..AHEAD {
             self.shift();
         }
-        let end = self.bytes.len();
-        let zeros = self
-            .bytes
-            .iter()
-            .rev()
-            .take(AHEAD)
-            .take_while(|&&byte| byte == 0)
-            .count();
-        self.bytes.truncate(end - zeros);
+        let is_zero = |&&byte: &&u8| byte == 0;
+        let zeros = self.bytes.iter().rev().take(2 * AHEAD).take_while(is_zero).count();
+        self.bytes.truncate(self.bytes.len() - zeros);
         self.bytes
     }
 
     fn narrow(&mut self) {
         while self.range < LEAST_RANGE {
-            self.range <<= 8;
+            self.range <<= WORD_BITS;
             self.shift();
         }
     }
 
-    /// Moves the highest of the 32 bits of `low` out, and what it carries into the bytes before.
+    /// Moves the highest of the 48 bits of `low` out, and what it carries into the bytes before.
     fn shift(&mut self) {
-        if self.low >> 32 != 0 {
+        if self.low > WHOLE_RANGE {
             for byte in self.bytes.iter_mut().rev() {
                 *byte = byte.wrapping_add(1);
                 if *byte != 0 {
@@ -135,18 +139,22 @@ impl Encoder {
                 }
             }
         }
-        self.bytes.push((self.low >> 24) as u8);
-        self.low = (self.low & 0x00ff_ffff) << 8;
+        self.bytes.extend(((self.low >> 32) as u16).to_be_bytes());
+        self.low = (self.low & (LEAST_RANGE - 1)) << WORD_BITS;
     }
 }
 
 impl Coder for Encoder {
+    fn told<T: Default>(&self, value: impl FnOnce() -> T) -> T {
+        value()
+    }
+
     fn bit(&mut self, probability: &mut Probability, bit: bool) -> bool {
         let bound = probability.bound(self.range);
         if bit {
             self.range = bound;
         } else {
-            self.low += u64::from(bound);
+            self.low += bound;
             self.range -= bound;
         }
         probability.learn(bit);
@@ -156,7 +164,7 @@ impl Coder for Encoder {
 
     fn few_even_bits(&mut self, count: u32, value: u32) -> u32 {
         self.range >>= count;
-        self.low += u64::from(self.range) * u64::from(value);
+        self.low += self.range * u64::from(value);
         self.narrow();
         value
     }
@@ -167,8 +175,8 @@ impl Coder for Encoder {
 pub(super) struct Decoder<'a> {
     bytes: &'a [u8],
     next: usize,
-    code: u32,
-    range: u32,
+    code: u64,
+    range: u64,
 }
 
 impl<'a> Decoder<'a> {
@@ -177,7 +185,7 @@ impl<'a> Decoder<'a> {
             bytes,
             next: 0,
             code: 0,
-            range: u32::MAX,
+            range: WHOLE_RANGE,
         };
         for _ in 0..AHEAD {
             decoder.shift();
@@ -187,33 +195,40 @@ impl<'a> Decoder<'a> {
 
     #[inline]
     fn shift(&mut self) {
-        self.code = self.code << 8 | u32::from(self.bytes.get(self.next).copied().unwrap_or(0));
-        self.next += 1;
+        let word = match self.bytes.get(self.next..) {
+            Some(&[high, low, ..]) => u16::from_be_bytes([high, low]),
+            Some(&[high]) => u16::from_be_bytes([high, 0]),
+            _ => 0,
+        };
+        self.code = self.code << WORD_BITS | u64::from(word);
+        self.next += 2;
     }
 
     #[inline]
     fn narrow(&mut self) {
         while self.range < LEAST_RANGE {
-            self.range <<= 8;
+            self.range <<= WORD_BITS;
             self.shift();
         }
     }
 }
 
 impl Coder for Decoder<'_> {
+    fn told<T: Default>(&self, _: impl FnOnce() -> T) -> T {
+        T::default()
+    }
+
     fn is_exhausted(&self) -> bool {
-        self.next > self.bytes.len() + AHEAD
+        self.next > self.bytes.len() + 2 * AHEAD
     }
 
     #[inline]
     fn bit(&mut self, probability: &mut Probability, _: bool) -> bool {
         let bound = probability.bound(self.range);
         let bit = self.code < bound;
-        (self.code, self.range) = if bit {
-            (self.code, bound)
-        } else {
-            (self.code - bound, self.range - bound)
-        };
+        let mask = u64::from(bit).wrapping_sub(1);
+        self.code -= bound & mask;
+        self.range = if bit { bound } else { self.range - bound };
         probability.learn(bit);
         self.narrow();
         bit
@@ -225,7 +240,7 @@ impl Coder for Decoder<'_> {
         let value = (self.code / self.range).min((1 << count) - 1);
         self.code -= value * self.range;
         self.narrow();
-        value
+        value as u32
     }
 }
 

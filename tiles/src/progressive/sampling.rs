@@ -1,5 +1,7 @@
 //! Where the samples of a raster lie on the lattice, so that vertices which are samples are told by column and row.
 
+use super::star::nearest;
+
 /// Columns and rows of samples along the lattice's first two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
@@ -10,9 +12,10 @@ pub struct Sampling {
 }
 
 /// How a coordinate of a new vertex lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Fit {
     /// It is that of the vertex it is split from.
+    #[default]
     Same,
     /// A sample's, or at a half or a quarter of the way between two: 0, 1, 2.
     Sample(u32),
@@ -44,17 +47,30 @@ impl Fit {
     }
 }
 
-impl Sampling {
+/// The same, with what is divided by, turned over.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    sampling: Sampling,
+    /// Steps in a lattice unit.
+    pub(super) steps: [f64; 2],
+}
+
+impl Grid {
+    pub(super) fn new(sampling: Sampling) -> Self {
+        Self {
+            sampling,
+            steps: sampling.step.map(|step| 1.0 / step),
+        }
+    }
+
     /// Number of the sample, or of the half or quarter of a step, nearest to a coordinate.
     pub(super) fn index(&self, axis: usize, halvings: u32, coordinate: f64) -> f64 {
-        let parts = f64::from(1 << halvings);
-        ((coordinate - self.origin[axis]) / self.step[axis] * parts + 0.5).floor()
+        nearest((coordinate - self.sampling.origin[axis]) * self.steps[axis] * f64::from(1 << halvings))
     }
 
     /// Lattice coordinate of that number.
     pub(super) fn coordinate(&self, axis: usize, halvings: u32, index: f64) -> f64 {
-        let parts = f64::from(1 << halvings);
-        (self.origin[axis] + self.step[axis] * (index / parts) + 0.5).floor()
+        nearest(self.sampling.origin[axis] + self.sampling.step[axis] * (index / f64::from(1 << halvings)))
     }
 
     /// The coarsest part of a step on which a coordinate lies.

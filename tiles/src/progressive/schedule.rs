@@ -5,7 +5,7 @@ use terrain_core::SurfacePartition;
 use super::collapses::{Collapses, NONE};
 use super::level::Source;
 use super::split::Split;
-use super::surface::{Cuts, Ring};
+use super::surface::{Cuts, Ring, Spoke};
 
 /// Splits of one level after the other, each as soon as those that it needs were made.
 pub(super) struct Schedule<'a> {
@@ -37,8 +37,8 @@ impl<'a> Schedule<'a> {
     }
 
     fn place(&self, ring: &Ring, original: Option<u32>) -> usize {
-        let is_it = |&vertex: &u32| Some(self.originals[vertex as usize]) == original;
-        ring.vertices.iter().position(is_it).unwrap_or_default()
+        let is_it = |spoke: &Spoke| Some(self.originals[spoke.vertex as usize]) == original;
+        ring.spokes.iter().position(is_it).unwrap_or_default()
     }
 }
 

@@ -12,9 +12,9 @@ use glam::DVec3;
 use super::number::{NumberModel, SIGNS, code_symbol};
 use super::plan_model::{Expected, Known, PlanModel};
 use super::range_coder::{Coder, Probability};
-use super::sampling::Sampling;
-use super::star::{Axes, Star, is_candidate};
-use super::surface::{Cuts, Ring, Side, Surface};
+use super::sampling::{Fit, Sampling};
+use super::star::{Axes, along, height_at, misfits, nearest, turn};
+use super::surface::{Cuts, Ring, Side, Vertex};
 
 /// Ranks that have statistics of their own.
 const RANKS: usize = 8;
@@ -39,16 +39,6 @@ pub(super) struct Split {
     pub(super) red: DVec3,
 }
 
-/// A star that is about to split.
-#[derive(Clone, Copy)]
-pub(super) struct Place<'a> {
-    pub(super) surface: &'a Surface,
-    pub(super) vertex: u32,
-    pub(super) ring: &'a Ring,
-    /// Whether the vertex stays where it is.
-    pub(super) is_still: bool,
-}
-
 /// What splits looked like so far.
 #[derive(Debug)]
 pub(super) struct SplitModel {
@@ -58,10 +48,8 @@ pub(super) struct SplitModel {
     heights: [NumberModel; 2],
     red: RedModel,
     ranks: [[[Probability; LEADS.len() + 1]; RANKS]; 2],
-    /// What height differences around each vertex were like.
-    roughness: Vec<f64>,
-    star: Star,
-    candidates: Vec<(f64, usize)>,
+    /// How ill each neighbour fits the first cut, and the second; infinitely where it cannot be it.
+    misfits: [Vec<f64>; 2],
 }
 
 /// How the old vertex moves.
@@ -75,7 +63,7 @@ struct RedModel {
 }
 
 impl SplitModel {
-    pub(super) fn new(is_height_field: bool, sampling: Option<Sampling>, vertex_count: usize) -> Self {
+    pub(super) fn new(is_height_field: bool, sampling: Option<Sampling>) -> Self {
         Self {
             is_height_field,
             sides: Default::default(),
@@ -83,47 +71,48 @@ impl SplitModel {
             heights: Default::default(),
             red: RedModel::default(),
             ranks: Default::default(),
-            roughness: vec![0.0; vertex_count],
-            star: Star::default(),
-            candidates: Vec::new(),
+            misfits: Default::default(),
         }
     }
 
-    /// Codes the split of a vertex.
-    pub(super) fn code(&mut self, coder: &mut impl Coder, place: Place, told: Split) -> Split {
-        let Place {
-            surface, vertex, ring, ..
-        } = place;
-        self.star.gather(surface, vertex, ring);
-        let axes = if self.is_height_field {
-            Axes::PLAN
-        } else {
-            self.star.turn()
-        };
-        let centre = axes.ordered(surface.positions[vertex as usize]);
+    /// A vertex at a place, of which nothing else is known.
+    pub(super) fn vertex(&self, position: DVec3) -> Vertex {
+        Vertex::new(position, self.plan.fit(0, position.x))
+    }
+
+    /// Codes the split of a vertex that stays where it is if it is still; tells it as it is afterwards, the new one, and the cuts.
+    pub(super) fn code(
+        &mut self,
+        coder: &mut impl Coder,
+        red: &mut Vertex,
+        ring: &mut Ring,
+        is_still: bool,
+        told: Split,
+    ) -> (Vertex, Cuts) {
+        let axes = if self.is_height_field { Axes::PLAN } else { turn(ring) };
+        let centre = axes.ordered(red.position);
         let side = self.code_side(coder, ring, told.cuts.side);
-        let (mut blue, height) = self.code_plan(coder, side, centre, axes.ordered(told.blue));
-        let expected = self.expected_difference(vertex, ring);
-        let model = &mut self.heights[usize::from(place.is_still)];
+        let (mut place, height, fit) = self.code_plan(coder, ring, side, axes, (centre, red.fit), axes.ordered(told.blue));
+        let expected = red.roughness * OWN + ring.roughness / ring.spokes.len() as f64 * (1.0 - OWN);
+        let model = &mut self.heights[usize::from(is_still)];
         let difference = model.code(coder, expected, NO_SIGN, axes.ordered(told.blue).z - height);
-        blue.z = height + difference;
-        let roughness = &mut self.roughness[vertex as usize];
-        *roughness += (difference.abs() - *roughness) * NEWS;
-        let roughness = *roughness;
-        self.roughness.push(roughness);
-        let mut red = centre;
-        if !place.is_still {
-            let expected = roughness * RED_SHARE + difference.abs() * RED_SHARE;
-            red = self
+        place.z = height + difference;
+        red.roughness += (difference.abs() - red.roughness) * NEWS;
+        let mut blue = Vertex::new(axes.restored(place), fit);
+        blue.roughness = red.roughness;
+        let mut end = centre;
+        if !is_still {
+            let expected = red.roughness * RED_SHARE + difference.abs() * RED_SHARE;
+            end = self
                 .red
-                .code(coder, centre, blue, [expected, difference], axes.ordered(told.red));
+                .code(coder, centre, place, [expected, difference], axes.ordered(told.red));
+            if end.x != centre.x {
+                red.fit = self.plan.fit(0, end.x);
+            }
+            red.position = axes.restored(end);
         }
-        let cuts = self.code_cuts(coder, ring, [red - centre, blue - centre], Cuts { side, ..told.cuts });
-        Split {
-            cuts,
-            blue: axes.restored(blue),
-            red: axes.restored(red),
-        }
+        let cuts = self.code_cuts(coder, ring, [end - centre, place - centre], Cuts { side, ..told.cuts });
+        (blue, cuts)
     }
 
     fn code_side(&mut self, coder: &mut impl Coder, ring: &Ring, told: Side) -> Side {
@@ -133,43 +122,37 @@ impl SplitModel {
         Side::ALL[code_symbol(coder, &mut self.sides, told as usize)]
     }
 
-    /// Codes blue's place in plan; tells it and the height of the star's triangles there.
-    fn code_plan(&mut self, coder: &mut impl Coder, side: Side, centre: DVec3, told: DVec3) -> (DVec3, f64) {
-        let spokes = self.star.toward(side);
+    /// Codes blue's place in plan; tells it, the height of the star's triangles there, and how its first coordinate fits.
+    fn code_plan(
+        &mut self,
+        coder: &mut impl Coder,
+        ring: &Ring,
+        side: Side,
+        axes: Axes,
+        (centre, fit): (DVec3, Fit),
+        told: DVec3,
+    ) -> (DVec3, f64, Fit) {
         let is_along = matches!(side, Side::Front | Side::Back);
-        let nowhere = Expected::default();
+        let [expected, otherwise] = expected_plan(ring, side, axes);
         let known = Known {
             axis: 0,
             is_along,
-            fit: self.plan.fit(0, centre.x),
+            fit,
             from: centre.x,
-            expected: Expected::of(spokes.iter().map(|spoke| spoke.x)).unwrap_or(nowhere),
+            expected,
         };
-        let (x, fit) = self.plan.code(coder, known, told.x);
-        let ahead = x - centre.x;
-        let on_that_side = spokes.iter().filter(|spoke| spoke.x * ahead > 0.0).map(|spoke| spoke.y);
+        let (x, x_fit) = self.plan.code(coder, known, told.x);
         let known = Known {
             axis: 1,
             is_along,
-            fit,
+            fit: x_fit,
             from: centre.y,
-            expected: Expected::of(on_that_side)
-                .or_else(|| Expected::of(spokes.iter().map(|spoke| spoke.y)))
-                .unwrap_or(nowhere),
+            expected: if is_along { None } else { expected_ahead(ring, x - centre.x) }.unwrap_or(otherwise),
         };
         let (y, _) = self.plan.code(coder, known, told.y);
         let blue = DVec3::new(x, y, centre.z);
-        let height = centre.z + (self.star.height_at(side, blue - centre) + 0.5).floor();
-        (blue, height)
-    }
-
-    fn expected_difference(&self, vertex: u32, ring: &Ring) -> f64 {
-        let neighbours = ring
-            .vertices
-            .iter()
-            .map(|&neighbour| self.roughness[neighbour as usize]);
-        let around = neighbours.sum::<f64>() / ring.vertices.len() as f64;
-        self.roughness[vertex as usize] * OWN + around * (1.0 - OWN)
+        let height = centre.z + nearest(height_at(ring, side, blue - centre));
+        (blue, height, if x_fit == Fit::Same { fit } else { x_fit })
     }
 
     fn code_cuts(&mut self, coder: &mut impl Coder, ring: &Ring, [red, blue]: [DVec3; 2], told: Cuts) -> Cuts {
@@ -182,42 +165,91 @@ impl SplitModel {
         } else {
             [red, blue]
         };
+        self.measure(ring, edge);
         if told.side.has_first_cut() {
-            self.rank(edge, false, 0..ring.vertices.len());
-            cuts.first = self.code_cut(coder, 0, told.first);
+            cuts.first = self.code_cut(coder, 0, ring.spokes.len(), told.first);
         }
         if told.side.has_second_cut() {
-            let is_closed = ring.is_closed();
-            let places = (0..ring.vertices.len()).filter(|&place| is_candidate(cuts, place, is_closed));
-            self.rank(edge, true, places);
-            cuts.second = self.code_cut(coder, 1, told.second);
+            let left = self.leave_to_second(cuts, ring.is_closed());
+            cuts.second = self.code_cut(coder, 1, left, told.second);
         }
         cuts
     }
 
-    /// Sorts the neighbours at which the star may be cut, the best first.
-    fn rank(&mut self, edge: [DVec3; 2], is_second: bool, places: impl Iterator<Item = usize>) {
-        self.candidates.clear();
-        for place in places {
-            let misfit = self.star.misfit(place, edge, is_second);
-            let better = self.candidates.iter().rposition(|other| other.0 <= misfit);
-            self.candidates
-                .insert(better.map_or(0, |index| index + 1), (misfit, place));
+    /// Finds how well the star can be cut at each neighbour.
+    fn measure(&mut self, ring: &Ring, edge: [DVec3; 2]) {
+        let [firsts, seconds] = &mut self.misfits;
+        firsts.clear();
+        seconds.clear();
+        for spoke in &ring.spokes {
+            let [first, second] = misfits(spoke.to, edge);
+            firsts.push(first);
+            seconds.push(second);
         }
     }
 
-    /// Codes how many neighbours fit better than the one at which the star is cut.
-    fn code_cut(&mut self, coder: &mut impl Coder, which: usize, told: usize) -> usize {
-        for (rank, pair) in self.candidates.windows(2).enumerate() {
-            let lead = pair[1].0 - pair[0].0;
-            let clarity = LEADS.iter().filter(|&&least| lead > least).count();
-            let probability = &mut self.ranks[which][rank.min(RANKS - 1)][clarity];
-            if coder.bit(probability, pair[0].1 == told) {
-                return pair[0].1;
-            }
-        }
-        self.candidates.last().map_or(0, |last| last.1)
+    /// Takes those that the first cut rules out from the candidates for the second; tells how many are left.
+    fn leave_to_second(&mut self, cuts: Cuts, is_closed: bool) -> usize {
+        let seconds = &mut self.misfits[1];
+        let ruled_out = match cuts.side {
+            Side::Front | Side::Back => 0..0,
+            Side::Inner if is_closed => cuts.first..cuts.first + 1,
+            Side::Inner | Side::Outer => 0..cuts.first + 1,
+        };
+        let left = seconds.len() - ruled_out.len();
+        seconds[ruled_out].fill(f64::INFINITY);
+        left
     }
+
+    /// Codes how many of the candidates fit better than the one at which the star is cut.
+    fn code_cut(&mut self, coder: &mut impl Coder, which: usize, candidates: usize, told: usize) -> usize {
+        let misfits = &mut self.misfits[which];
+        for rank in 0..candidates.saturating_sub(1) {
+            let (best, lead) = least(misfits);
+            let clarity = LEADS.iter().map(|&least| usize::from(lead > least)).sum::<usize>();
+            let probability = &mut self.ranks[which][rank.min(RANKS - 1)][clarity];
+            if coder.bit(probability, best == told) {
+                return best;
+            }
+            misfits[best] = f64::INFINITY;
+        }
+        least(misfits).0
+    }
+}
+
+/// Place of the smallest misfit, and by how much the next one's is larger.
+fn least(misfits: &[f64]) -> (usize, f64) {
+    let (mut best, mut least, mut next) = (0, f64::INFINITY, f64::INFINITY);
+    for (place, &misfit) in misfits.iter().enumerate() {
+        let is_better = misfit < least;
+        let worse = if is_better { least } else { misfit };
+        next = if worse < next { worse } else { next };
+        least = if is_better { misfit } else { least };
+        best = if is_better { place } else { best };
+    }
+    (best, next - least)
+}
+
+/// What the star says of how far the new vertex is, along each axis of the plan: all of it, or the edge along the boundary.
+fn expected_plan(ring: &Ring, side: Side, axes: Axes) -> [Expected; 2] {
+    if let Some(spoke) = along(ring, side) {
+        return [spoke.x, spoke.y].map(|coordinate| Expected::of(1.0, coordinate, coordinate.abs()));
+    }
+    let count = ring.spokes.len() as f64;
+    let (sum, sizes) = (axes.ordered(ring.sum), axes.ordered(ring.sizes));
+    [Expected::of(count, sum.x, sizes.x), Expected::of(count, sum.y, sizes.y)]
+}
+
+/// What those neighbours say of the second coordinate that are on the side where the first is; none if there are none.
+fn expected_ahead(ring: &Ring, ahead: f64) -> Option<Expected> {
+    let (mut count, mut sum, mut sizes) = (0.0, 0.0, 0.0);
+    for spoke in &ring.spokes {
+        let share = if spoke.to.x * ahead > 0.0 { 1.0 } else { 0.0 };
+        count += share;
+        sum += share * spoke.to.y;
+        sizes += share * spoke.to.y.abs();
+    }
+    (count > 0.0).then(|| Expected::of(count, sum, sizes))
 }
 
 impl RedModel {

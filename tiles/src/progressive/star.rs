@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::surface::{Cuts, Ring, Side, Surface};
+use super::surface::{Ring, Side, Spoke};
 
 /// The coordinates of a star in the order in which they are coded: two across the surface and the third, its height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,78 +46,68 @@ impl Axes {
     }
 }
 
-/// The neighbours of a vertex, as differences from it.
-#[derive(Debug, Default)]
-pub(super) struct Star {
-    pub(super) spokes: Vec<DVec3>,
-    is_closed: bool,
+/// Reorders the coordinates of a star, so that it is counter-clockwise seen along the last axis.
+pub(super) fn turn(ring: &mut Ring) -> Axes {
+    let axes = Axes::across(triangles(ring).fold(DVec3::ZERO, |sum, [a, b]| sum + a.cross(b)));
+    for spoke in &mut ring.spokes {
+        spoke.to = axes.ordered(spoke.to);
+    }
+    axes
 }
 
-impl Star {
-    pub(super) fn gather(&mut self, surface: &Surface, vertex: u32, ring: &Ring) {
-        let centre = surface.positions[vertex as usize];
-        self.is_closed = ring.is_closed();
-        self.spokes.clear();
-        let spoke = |&neighbour: &u32| surface.positions[neighbour as usize] - centre;
-        self.spokes.extend(ring.vertices.iter().map(spoke));
-    }
+/// Spokes that follow each other: the triangles.
+fn triangles(ring: &Ring) -> impl Iterator<Item = [DVec3; 2]> + '_ {
+    let spokes = &ring.spokes;
+    let wrap = ring.is_closed().then(|| [spokes[spokes.len() - 1].to, spokes[0].to]);
+    spokes.windows(2).map(|pair| [pair[0].to, pair[1].to]).chain(wrap)
+}
 
-    /// Reorders coordinates, so that the star is counter-clockwise seen along the last axis.
-    pub(super) fn turn(&mut self) -> Axes {
-        let axes = Axes::across(self.pairs().fold(DVec3::ZERO, |sum, [a, b]| sum + a.cross(b)));
-        for spoke in &mut self.spokes {
-            *spoke = axes.ordered(*spoke);
-        }
-        axes
-    }
+/// The edge of the boundary along which the new vertex is split off, if it is.
+pub(super) fn along(ring: &Ring, side: Side) -> Option<DVec3> {
+    let spoke = match side {
+        Side::Front => ring.spokes.first(),
+        Side::Back => ring.spokes.last(),
+        Side::Inner | Side::Outer => None,
+    };
+    spoke.map(|spoke| spoke.to)
+}
 
-    /// Spokes that follow each other: the triangles.
-    fn pairs(&self) -> impl Iterator<Item = [DVec3; 2]> + '_ {
-        let wrap = self
-            .is_closed
-            .then(|| [self.spokes[self.spokes.len() - 1], self.spokes[0]]);
-        self.spokes.windows(2).map(|pair| [pair[0], pair[1]]).chain(wrap)
+/// Height of the star's triangles at a place in plan, against the centre's.
+pub(super) fn height_at(ring: &Ring, side: Side, place: DVec3) -> f64 {
+    if let Some(along) = along(ring, side) {
+        let length = along.x * along.x + along.y * along.y;
+        let share = (along.x * place.x + along.y * place.y) / length;
+        return if length > 0.0 { share * along.z } else { 0.0 };
     }
-
-    /// The spokes that tell how far the new vertex may be: all, or that along the boundary.
-    pub(super) fn toward(&self, side: Side) -> &[DVec3] {
-        match side {
-            Side::Front => &self.spokes[..1],
-            Side::Back => &self.spokes[self.spokes.len() - 1..],
-            Side::Inner | Side::Outer => &self.spokes,
-        }
-    }
-
-    /// Height of the star's triangles at a place in plan, against the centre's.
-    pub(super) fn height_at(&self, side: Side, place: DVec3) -> f64 {
-        if let Side::Front | Side::Back = side {
-            let along = self.toward(side)[0];
-            let length = along.x * along.x + along.y * along.y;
-            let share = (along.x * place.x + along.y * place.y) / length;
-            return if length > 0.0 { share * along.z } else { 0.0 };
-        }
-        for [a, b] in self.pairs() {
-            let (from_a, to_b) = (cross(a, place), cross(place, b));
+    let (mut a, mut from_a) = match ring.spokes.last() {
+        Some(last) if ring.is_closed() => (last.to, cross(last.to, place)),
+        _ => (DVec3::ZERO, f64::NEG_INFINITY),
+    };
+    for &Spoke { to: b, .. } in &ring.spokes {
+        let from_b = cross(b, place);
+        if (from_a >= 0.0) & (from_b < 0.0) {
             let area = cross(a, b);
-            if from_a >= 0.0 && to_b > 0.0 && area > 0.0 {
-                return (to_b * a.z + from_a * b.z) / area;
+            if area > 0.0 {
+                return (from_a * b.z - from_b * a.z) / area;
             }
         }
-        0.0
+        (a, from_a) = (b, from_b);
     }
+    0.0
+}
 
-    /// How ill a neighbour is placed to be where the star is cut: the cotangent of the angle under which it sees the new edge,
-    /// from where `red` is to where `blue` is, and more where it is on the wrong side.
-    pub(super) fn misfit(&self, place: usize, [red, blue]: [DVec3; 2], is_second: bool) -> f64 {
-        let (to_red, to_blue) = (red - self.spokes[place], blue - self.spokes[place]);
-        let area = if is_second {
-            cross(to_red, to_blue)
-        } else {
-            cross(to_blue, to_red)
-        };
-        let dot = to_red.x * to_blue.x + to_red.y * to_blue.y;
-        if area > 0.0 { dot / area } else { WRONG_SIDE + dot.abs() }
-    }
+/// How ill a neighbour is placed to be where the star is cut first, and second: the cotangent of the angle under which it sees
+/// the new edge, from where `red` is to where `blue` is, and more where it is on the wrong side.
+#[inline]
+pub(super) fn misfits(spoke: DVec3, [red, blue]: [DVec3; 2]) -> [f64; 2] {
+    let (to_red, to_blue) = (red - spoke, blue - spoke);
+    let area = cross(to_red, to_blue);
+    let dot = to_red.x * to_blue.x + to_red.y * to_blue.y;
+    let (cotangent, wrong) = (dot / area, WRONG_SIDE + dot.abs());
+    [
+        if area < 0.0 { -cotangent } else { wrong },
+        if area > 0.0 { cotangent } else { wrong },
+    ]
 }
 
 /// More than any cotangent of lattice points.
@@ -128,11 +118,8 @@ pub(super) fn cross(a: DVec3, b: DVec3) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// Whether a place in the ring can be the cut that is asked for, given the first that was told.
-pub(super) fn is_candidate(cuts: Cuts, place: usize, is_closed: bool) -> bool {
-    match cuts.side {
-        Side::Inner if is_closed => place != cuts.first,
-        Side::Inner | Side::Outer => place > cuts.first,
-        Side::Front | Side::Back => true,
-    }
+/// The nearest whole number, the even one of two; for numbers below 2^51 in size.
+pub(super) fn nearest(number: f64) -> f64 {
+    const HALVES_ARE_LOST: f64 = 6_755_399_441_055_744.0;
+    (number + HALVES_ARE_LOST) - HALVES_ARE_LOST
 }

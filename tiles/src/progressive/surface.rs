@@ -1,19 +1,21 @@
-//! A surface that grows by vertex splits: flat arrays of half-edges and of lattice positions.
+//! A surface that grows by vertex splits: flat arrays of triangles and of vertices.
 //!
-//! Half-edge `3t + k` starts at the `k`th corner of triangle `t`. A walk around a vertex is counter-clockwise; on the boundary it
+//! Half-edge `4t + k` starts at the `k`th corner of triangle `t`. A walk around a vertex is counter-clockwise; on the boundary it
 //! begins at the half-edge that has nothing to its right.
 
 use glam::DVec3;
+
+use super::sampling::Fit;
 
 /// Stands for no half-edge.
 const NONE: u32 = u32::MAX;
 
 fn next(edge: u32) -> u32 {
-    if edge % 3 == 2 { edge - 2 } else { edge + 1 }
+    if edge & 3 == 2 { edge - 2 } else { edge + 1 }
 }
 
 fn previous(edge: u32) -> u32 {
-    if edge.is_multiple_of(3) { edge + 2 } else { edge - 1 }
+    if edge & 3 == 0 { edge + 2 } else { edge - 1 }
 }
 
 /// Which part of the triangles around a vertex goes over to the vertex that is split off it.
@@ -60,117 +62,192 @@ pub(super) struct Cuts {
     pub(super) second: usize,
 }
 
+/// A neighbour of a vertex, as the walk around that comes to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spoke {
+    /// The half-edge to it; none for the last one on the boundary.
+    edge: u32,
+    /// Its number.
+    pub(super) vertex: u32,
+    /// Where it is, as a difference from the vertex in the middle.
+    pub(super) to: DVec3,
+}
+
 /// The walk around a vertex.
 #[derive(Debug, Default)]
 pub(super) struct Ring {
-    /// Half-edges that leave the vertex, one a triangle.
-    pub(super) edges: Vec<u32>,
-    /// Its neighbours; on the boundary one more than triangles.
-    pub(super) vertices: Vec<u32>,
+    pub(super) spokes: Vec<Spoke>,
+    /// Sum of the neighbours' roughness.
+    pub(super) roughness: f64,
+    /// Sums of the spokes' coordinates and of their sizes.
+    pub(super) sum: DVec3,
+    pub(super) sizes: DVec3,
+    is_open: bool,
 }
 
 impl Ring {
     pub(super) fn is_closed(&self) -> bool {
-        self.edges.len() == self.vertices.len()
+        !self.is_open
+    }
+
+    /// The half-edge that leaves the vertex at a place of the walk.
+    fn edge_at(&self, place: usize) -> u32 {
+        self.spokes.get(place).map_or(NONE, |spoke| spoke.edge)
+    }
+
+    /// The half-edge back to the vertex, of the triangle before a place of the walk.
+    fn edge_before(&self, place: usize) -> u32 {
+        let before = match place {
+            0 if self.is_open => return NONE,
+            0 => self.spokes.len() - 1,
+            _ => place - 1,
+        };
+        previous(self.spokes[before].edge)
     }
 }
 
-/// Positions and triangles so far.
+/// What is known of a vertex. All of it stands together, for whoever looks at one thing looks at the others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    pub(super) position: DVec3,
+    /// What differences of heights around it were like.
+    pub(super) roughness: f64,
+    /// A half-edge from it: the first of its walk.
+    leaving: u32,
+    /// How many neighbours it has.
+    pub(super) valence: u32,
+    /// Whether a walk around it ends where it began: it is inside the surface.
+    pub(super) is_closed: bool,
+    /// Whether it is in the queue.
+    pub(super) is_queued: bool,
+    /// How its first coordinate lies to the samples.
+    pub(super) fit: Fit,
+}
+
+impl Vertex {
+    pub(super) fn new(position: DVec3, fit: Fit) -> Self {
+        Self {
+            position,
+            roughness: 0.0,
+            leaving: NONE,
+            valence: 0,
+            is_closed: false,
+            is_queued: false,
+            fit,
+        }
+    }
+}
+
+/// A triangle and what is on the other sides of its edges; aligned, so that it never lies in two lines of a cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Triangle {
+    corners: [u32; 3],
+    twins: [u32; 3],
+}
+
+/// Vertices and triangles so far.
 #[derive(Debug, Default)]
 pub(super) struct Surface {
-    pub(super) positions: Vec<DVec3>,
-    /// Vertex at which each half-edge starts: the corners of the triangles.
-    pub(super) origins: Vec<u32>,
-    twins: Vec<u32>,
-    /// A half-edge from each vertex: the first of its walk.
-    leaving: Vec<u32>,
-    /// How many neighbours each vertex has.
-    valences: Vec<u32>,
-    /// Whether a walk around each vertex ends where it began.
-    closed: Vec<bool>,
+    pub(super) vertices: Vec<Vertex>,
+    triangles: Vec<Triangle>,
 }
 
 impl Surface {
-    /// Joins triangles whose corners are vertices of `positions`. An edge of more than two triangles, or of two that run along
-    /// it in one direction, is left open; of fans that meet in nothing but a vertex, one is walked.
-    pub(super) fn new(positions: Vec<DVec3>, triangles: &[[u32; 3]]) -> Self {
-        let mut surface = Self {
-            leaving: vec![NONE; positions.len()],
-            valences: vec![0; positions.len()],
-            closed: vec![false; positions.len()],
-            positions,
-            origins: triangles.as_flattened().to_vec(),
-            twins: vec![NONE; 3 * triangles.len()],
+    /// Joins triangles whose corners are `vertices`. An edge of more than two triangles, or of two that run along it in one
+    /// direction, is left open; of fans that meet in nothing but a vertex, one is walked.
+    pub(super) fn new(vertices: Vec<Vertex>, triangles: &[[u32; 3]]) -> Self {
+        let triangle = |&corners: &[u32; 3]| Triangle {
+            corners,
+            twins: [NONE; 3],
         };
-        let mut edges: Vec<(u32, u32, u32)> = (0..surface.origins.len() as u32)
-            .map(|edge| {
-                let [a, b] = [surface.origin(edge), surface.origin(next(edge))];
-                (a.min(b), a.max(b), edge)
-            })
-            .collect();
-        edges.sort_unstable();
-        for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            if let &[(_, _, one), (_, _, other)] = group
-                && surface.origin(one) != surface.origin(other)
-            {
-                surface.join(one, other);
-            }
-        }
-        for edge in 0..surface.origins.len() as u32 {
-            let leaving = &mut surface.leaving[surface.origins[edge as usize] as usize];
-            if *leaving == NONE || surface.twins[edge as usize] == NONE {
+        let mut surface = Self {
+            vertices,
+            triangles: triangles.iter().map(triangle).collect(),
+        };
+        let edges = || (0..triangles.len() as u32).flat_map(|triangle| (0..3).map(move |corner| 4 * triangle + corner));
+        surface.join_all(edges());
+        for edge in edges() {
+            let (origin, is_first) = (surface.origin(edge), surface.twin(edge) == NONE);
+            let leaving = &mut surface.vertices[origin as usize].leaving;
+            if *leaving == NONE || is_first {
                 *leaving = edge;
             }
         }
         let mut ring = Ring::default();
-        for vertex in 0..surface.positions.len() {
+        for vertex in 0..surface.vertices.len() {
             surface.walk(vertex as u32, &mut ring);
-            surface.valences[vertex] = ring.vertices.len() as u32;
-            surface.closed[vertex] = ring.is_closed();
+            surface.vertices[vertex].valence = ring.spokes.len() as u32;
+            surface.vertices[vertex].is_closed = ring.is_closed();
         }
         surface
     }
 
-    /// How many neighbours a vertex has.
-    pub(super) fn valence(&self, vertex: u32) -> u32 {
-        self.valences[vertex as usize]
-    }
-
-    /// Whether a vertex is inside the surface.
-    pub(super) fn is_closed(&self, vertex: u32) -> bool {
-        self.closed[vertex as usize]
+    fn join_all(&mut self, edges: impl Iterator<Item = u32>) {
+        let mut along: Vec<(u32, u32, u32)> = edges
+            .map(|edge| {
+                let [a, b] = [self.origin(edge), self.origin(next(edge))];
+                (a.min(b), a.max(b), edge)
+            })
+            .collect();
+        along.sort_unstable();
+        for group in along.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            if let &[(_, _, one), (_, _, other)] = group
+                && self.origin(one) != self.origin(other)
+            {
+                self.join(one, other);
+            }
+        }
     }
 
     pub(super) fn triangle_count(&self) -> usize {
-        self.origins.len() / 3
+        self.triangles.len()
     }
 
-    pub(super) fn triangles(&self) -> &[[u32; 3]] {
-        self.origins.as_chunks().0
+    /// The corners of each triangle.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.triangles.iter().map(|triangle| triangle.corners)
     }
 
     fn origin(&self, edge: u32) -> u32 {
-        self.origins[edge as usize]
+        self.triangles[(edge >> 2) as usize].corners[(edge & 3) as usize]
+    }
+
+    fn twin(&self, edge: u32) -> u32 {
+        self.triangles[(edge >> 2) as usize].twins[(edge & 3) as usize]
     }
 
     /// Walks around a vertex.
     pub(super) fn walk(&self, vertex: u32, ring: &mut Ring) {
-        ring.edges.clear();
-        ring.vertices.clear();
-        let first = self.leaving[vertex as usize];
-        let mut edge = first;
+        ring.spokes.clear();
+        ring.roughness = 0.0;
+        (ring.sum, ring.sizes) = (DVec3::ZERO, DVec3::ZERO);
+        ring.is_open = false;
+        let Vertex { position, leaving, .. } = self.vertices[vertex as usize];
+        let mut edge = leaving;
         while edge != NONE {
-            ring.edges.push(edge);
-            ring.vertices.push(self.origin(next(edge)));
-            let back = previous(edge);
-            edge = self.twins[back as usize];
-            if edge == first {
+            let Triangle { corners, twins } = self.triangles[(edge >> 2) as usize];
+            self.reach(ring, edge, corners[(next(edge) & 3) as usize], position);
+            let back = (previous(edge) & 3) as usize;
+            edge = twins[back];
+            if edge == leaving {
                 return;
             }
             if edge == NONE {
-                ring.vertices.push(self.origin(back));
+                self.reach(ring, NONE, corners[back], position);
             }
         }
+        ring.is_open = true;
+    }
+
+    #[inline]
+    fn reach(&self, ring: &mut Ring, edge: u32, vertex: u32, from: DVec3) {
+        let neighbour = &self.vertices[vertex as usize];
+        let to = neighbour.position - from;
+        ring.roughness += neighbour.roughness;
+        ring.sum += to;
+        ring.sizes += to.abs();
+        ring.spokes.push(Spoke { edge, vertex, to });
     }
 
     /// Splits a vertex off `red`, whose walk is `ring`. The cuts must be possible ([`are_possible`]).
@@ -184,85 +261,79 @@ impl Surface {
     ///        ╲  │  ╱                    ╲  │  ╱
     ///         first                      first
     /// ```
-    pub(super) fn split(&mut self, red: u32, ring: &Ring, cuts: Cuts, position: DVec3) {
-        let blue = self.positions.len() as u32;
-        self.positions.push(position);
-        self.leaving.push(NONE);
+    pub(super) fn split(&mut self, red: u32, ring: &Ring, cuts: Cuts, blue: Vertex) {
+        let number = self.vertices.len() as u32;
+        self.vertices.push(blue);
         self.count_neighbours(red, ring, cuts);
         if cuts.side == Side::Outer {
-            self.give(&ring.edges, blue);
-            self.leaving[blue as usize] = self.leaving[red as usize];
-            self.open(blue, red, ring, cuts);
+            self.give(&ring.spokes, number);
+            self.vertices[number as usize].leaving = self.vertices[red as usize].leaving;
+            self.open(number, red, ring, cuts);
         } else {
-            self.open(red, blue, ring, cuts);
+            self.open(red, number, ring, cuts);
         }
     }
 
     /// Notes how many neighbours red and blue have after the split, and that the vertices at the cuts have one more.
     fn count_neighbours(&mut self, red: u32, ring: &Ring, cuts: Cuts) {
-        let count = ring.vertices.len();
+        let count = ring.spokes.len();
         let (first, second) = (cuts.first, cuts.second);
         let inner = match cuts.side {
             Side::Front => second + 2,
             Side::Back => count - first + 1,
-            Side::Inner | Side::Outer => (second + count - first) % count + 2,
+            Side::Inner | Side::Outer if first < second => second - first + 2,
+            Side::Inner | Side::Outer => second + count - first + 2,
         };
         let shared = usize::from(cuts.side.has_first_cut()) + usize::from(cuts.side.has_second_cut());
         let outer = count + 2 + shared - inner;
         let is_outer = cuts.side == Side::Outer;
         let [of_red, of_blue] = if is_outer { [inner, outer] } else { [outer, inner] };
-        self.valences[red as usize] = of_red as u32;
-        self.valences.push(of_blue as u32);
-        self.closed.push(cuts.side == Side::Inner);
-        self.closed[red as usize] |= is_outer;
+        let blue = self.vertices.len() - 1;
+        self.vertices[blue].valence = of_blue as u32;
+        self.vertices[blue].is_closed = cuts.side == Side::Inner;
+        self.vertices[red as usize].valence = of_red as u32;
+        self.vertices[red as usize].is_closed |= is_outer;
         if cuts.side.has_first_cut() {
-            self.valences[ring.vertices[first] as usize] += 1;
+            self.vertices[ring.spokes[first].vertex as usize].valence += 1;
         }
         if cuts.side.has_second_cut() {
-            self.valences[ring.vertices[second] as usize] += 1;
+            self.vertices[ring.spokes[second].vertex as usize].valence += 1;
         }
     }
 
     /// Gives the `inner` vertex its part of the star of the `outer` one, and fills the cuts.
     fn open(&mut self, outer: u32, inner: u32, ring: &Ring, cuts: Cuts) {
-        let count = ring.vertices.len();
         let (first, second) = (cuts.first, cuts.second);
         match cuts.side {
-            Side::Front => self.give(&ring.edges[..second], inner),
-            Side::Back => self.give(&ring.edges[first..], inner),
-            _ if first < second => self.give(&ring.edges[first..second], inner),
+            Side::Front => self.give(&ring.spokes[..second], inner),
+            Side::Back => self.give(&ring.spokes[first..], inner),
+            _ if first < second => self.give(&ring.spokes[first..second], inner),
             _ => {
-                self.give(&ring.edges[first..], inner);
-                self.give(&ring.edges[..second], inner);
+                self.give(&ring.spokes[first..], inner);
+                self.give(&ring.spokes[..second], inner);
             }
         }
-        let edge_at = |place: usize| ring.edges.get(place).copied().unwrap_or(NONE);
-        let edge_before = |place: usize| match place {
-            0 if ring.is_closed() => previous(ring.edges[count - 1]),
-            0 => NONE,
-            _ => previous(ring.edges[place - 1]),
-        };
         let mut sides = [NONE; 2];
         if cuts.side.has_first_cut() {
-            let edge = self.add_triangle([outer, ring.vertices[first], inner]);
-            self.join(edge, edge_before(first));
-            self.join(edge + 1, edge_at(first));
+            let edge = self.add_triangle([outer, ring.spokes[first].vertex, inner]);
+            self.join(edge, ring.edge_before(first));
+            self.join(edge + 1, ring.edge_at(first));
             self.lead(edge + 1);
             sides[0] = edge + 2;
             if first == 0 || ring.is_closed() {
-                self.leaving[outer as usize] = edge;
+                self.vertices[outer as usize].leaving = edge;
             }
-            self.leaving[inner as usize] = edge + 2;
+            self.vertices[inner as usize].leaving = edge + 2;
         }
         if cuts.side.has_second_cut() {
-            let edge = self.add_triangle([outer, inner, ring.vertices[second]]);
-            self.join(edge + 1, edge_before(second));
-            self.join(edge + 2, edge_at(second));
+            let edge = self.add_triangle([outer, inner, ring.spokes[second].vertex]);
+            self.join(edge + 1, ring.edge_before(second));
+            self.join(edge + 2, ring.edge_at(second));
             self.lead(edge + 2);
             sides[1] = edge;
             if cuts.side == Side::Front {
-                self.leaving[outer as usize] = edge;
-                self.leaving[inner as usize] = if second == 0 { edge + 1 } else { ring.edges[0] };
+                self.vertices[outer as usize].leaving = edge;
+                self.vertices[inner as usize].leaving = if second == 0 { edge + 1 } else { ring.spokes[0].edge };
             }
         }
         if sides[0] != NONE {
@@ -270,37 +341,44 @@ impl Surface {
         }
     }
 
-    fn give(&mut self, edges: &[u32], vertex: u32) {
-        for &edge in edges {
-            self.origins[edge as usize] = vertex;
+    fn give(&mut self, spokes: &[Spoke], vertex: u32) {
+        for spoke in spokes.iter().filter(|spoke| spoke.edge != NONE) {
+            self.triangles[(spoke.edge >> 2) as usize].corners[(spoke.edge & 3) as usize] = vertex;
         }
     }
 
     fn add_triangle(&mut self, corners: [u32; 3]) -> u32 {
-        let edge = self.origins.len() as u32;
-        self.origins.extend(corners);
-        self.twins.extend([NONE; 3]);
+        let edge = 4 * self.triangles.len() as u32;
+        self.triangles.push(Triangle {
+            corners,
+            twins: [NONE; 3],
+        });
         edge
     }
 
     /// Lets walks around a half-edge's origin begin with it if nothing is to its right.
     fn lead(&mut self, edge: u32) {
-        if self.twins[edge as usize] == NONE {
-            self.leaving[self.origins[edge as usize] as usize] = edge;
+        if self.twin(edge) == NONE {
+            let origin = self.origin(edge);
+            self.vertices[origin as usize].leaving = edge;
         }
     }
 
     fn join(&mut self, edge: u32, twin: u32) {
-        self.twins[edge as usize] = twin;
+        self.set_twin(edge, twin);
         if twin != NONE {
-            self.twins[twin as usize] = edge;
+            self.set_twin(twin, edge);
         }
+    }
+
+    fn set_twin(&mut self, edge: u32, twin: u32) {
+        self.triangles[(edge >> 2) as usize].twins[(edge & 3) as usize] = twin;
     }
 }
 
 /// Whether cuts leave each vertex at least a triangle of the ring, where it needs one.
 pub(super) fn are_possible(cuts: Cuts, ring: &Ring) -> bool {
-    let count = ring.vertices.len();
+    let count = ring.spokes.len();
     let in_ring = cuts.first < count && cuts.second < count;
     let is_boundary = !ring.is_closed();
     in_ring
