@@ -9,21 +9,21 @@
 
 use glam::DVec3;
 use terrain_core::SurfacePartition;
-use terrain_core::partition::{self, Level, PartitionError};
+use integer_encoding::VarInt;
+use terrain_core::partition::{self, PartitionError};
 use thiserror::Error;
 
 use crate::address::{Side, TileAddress};
-use crate::progressive::{self, BaseSize, Damaged, Frame, Sampling};
+use crate::fields::{self, Directory, Entry, FieldError, Fields};
+use crate::progressive::{self, BaseSize, Damaged, Frame, Run, Sampling};
 use crate::tile::Tile;
 
 const MAGIC: &[u8; 4] = b"SPTL";
 const VERSION: u8 = 2;
-const HEADER_LENGTH: usize = 72;
-const ENTRY_LENGTH: usize = 20;
 /// Lattice coordinates must stay exact integers in an `f64`.
 const MAX_EXTENT_BITS: u8 = 40;
 /// The flag of a tile whose samples are told.
-const SAMPLED: u16 = 1;
+const SAMPLED: u8 = 1;
 
 /// What a decoder accepts from bytes that it did not make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,8 +58,8 @@ pub enum EncodeError {
     /// The lattice is too fine, or the samples are not where any can be.
     #[error("the tile's lattice or its samples are out of range")]
     Lattice,
-    /// More bytes than the 32-bit offsets reach.
-    #[error("the tile is larger than 4 GiB")]
+    /// A level of more bytes than its field tells.
+    #[error("a level is larger than 4 GiB")]
     TooLarge,
 }
 
@@ -72,7 +72,7 @@ pub enum DecodeError {
     /// Made by a newer program.
     #[error("tile format version {0}; this program reads version {VERSION}")]
     Version(u8),
-    /// Bytes are missing.
+    /// Bytes are missing: there are so many.
     #[error("truncated at byte {0}")]
     Truncated(usize),
     /// A field holds what it cannot.
@@ -98,25 +98,27 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, EncodeError> {
     if !(5..=usize::from(u16::MAX)).contains(&count) || tile.outline_errors.len() != count {
         return Err(EncodeError::Levels);
     }
-    let partition = scaled(&tile.partition, (-f64::from(tile.height_exponent)).exp2());
+    let mut partition = tile.partition.clone();
+    scale(&mut partition, (-f64::from(tile.height_exponent)).exp2());
+    for level in &mut partition.levels {
+        level.error = f64::from(rounded_up(level.error));
+    }
     let heights = height_range(&partition);
     let frame = frame(tile.extent_bits, heights.map(f64::from), tile.sampling);
     if tile.extent_bits > MAX_EXTENT_BITS || !frame.is_valid() {
         return Err(EncodeError::Lattice);
     }
-    let coded = progressive::encode(&partition, &frame)?;
-    let length = HEADER_LENGTH + ENTRY_LENGTH * count + coded.levels.iter().map(Vec::len).sum::<usize>();
-    let mut bytes = Vec::with_capacity(length);
+    let coded = progressive::encode(&partition, count - Side::ALL.len(), &frame)?;
+    let mut bytes = Vec::new();
     write_header(&mut bytes, tile, heights, coded.base);
-    bytes[28..32].copy_from_slice(&u32::try_from(length).map_err(|_| EncodeError::TooLarge)?.to_le_bytes());
-    let mut end = HEADER_LENGTH + ENTRY_LENGTH * count;
-    for (index, level) in partition.levels.iter().enumerate() {
-        end += coded.levels[index].len();
-        bytes.extend((end as u32).to_le_bytes());
-        bytes.extend(level.vertex_end.to_le_bytes());
-        bytes.extend(level.triangle_end.to_le_bytes());
-        bytes.extend(rounded_up(level.error).to_le_bytes());
-        bytes.extend(rounded_up(tile.outline_errors[index]).to_le_bytes());
+    let mut directory = Directory::new(true);
+    for (index, &level) in partition.levels.iter().enumerate() {
+        let entry = Entry {
+            length: coded.levels[index].len(),
+            level,
+            outline_error: rounded_up(tile.outline_errors[index]),
+        };
+        directory.write(&mut bytes, &entry).map_err(|_| EncodeError::TooLarge)?;
     }
     coded.levels.iter().for_each(|level| bytes.extend(level));
     Ok(bytes)
@@ -127,43 +129,77 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, EncodeError> {
 /// # Errors
 /// When the bytes are not a tile of this version, or exceed `limits`.
 pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
-    let header = Header::read(bytes, limits)?;
-    let mut start = HEADER_LENGTH + ENTRY_LENGTH * header.levels;
-    let (mut levels, mut runs) = (Vec::with_capacity(header.levels), Vec::with_capacity(header.levels));
-    let mut outline_errors = Vec::with_capacity(header.levels);
-    for index in 0..header.levels {
-        let entry = Entry::read(bytes, index, limits)?;
-        if entry.end < start {
-            return Err(DecodeError::OutOfRange("the end of a level"));
-        }
-        runs.push(bytes.get(start..entry.end).ok_or(DecodeError::Truncated(bytes.len()))?);
-        start = entry.end;
-        levels.push(entry.level);
-        outline_errors.push(entry.outline_error);
+    let (header, entries, rest) = read_head(bytes, limits)?;
+    let runs = runs(&entries, rest)?;
+    if runs.len() < entries.len() || runs.iter().any(|run| run.is_cut) {
+        return Err(DecodeError::Truncated(bytes.len()));
     }
-    if start != bytes.len() {
-        return Err(DecodeError::OutOfRange("the length of the tile"));
+    tile(&header, &entries, &runs)
+}
+
+/// Reads as much of a tile as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
+/// are whole. The surface so far is complete and has the tile's outline as far as it is split. A level that is cut claims the
+/// error of the one before (infinity before the end of the first level), which the tile's maker kept to at every split but did
+/// not measure there; levels that are missing add nothing and claim no more.
+///
+/// # Errors
+/// When the bytes are not the beginning of a tile of this version, or exceed `limits`.
+pub fn decode_prefix(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
+    let (header, entries, rest) = read_head(bytes, limits)?;
+    tile(&header, &entries, &runs(&entries, rest)?)
+}
+
+/// All that stands before the levels, and what follows.
+fn read_head<'a>(bytes: &'a [u8], limits: &Limits) -> Result<(Header, Vec<Entry>, &'a [u8]), DecodeError> {
+    let refused = |error: FieldError| match error {
+        FieldError::Truncated => DecodeError::Truncated(bytes.len()),
+        FieldError::OutOfRange(name) => DecodeError::OutOfRange(name),
+        FieldError::Limit(name) => DecodeError::Limit(name),
+    };
+    let mut fields = Fields { rest: bytes };
+    let magic: [u8; 5] = fields.bytes().map_err(refused)?;
+    if &magic[..4] != MAGIC {
+        return Err(DecodeError::NotATile);
     }
-    let partition = progressive::decode(header.base, &levels, &runs, &header.frame)?;
+    if magic[4] != VERSION {
+        return Err(DecodeError::Version(magic[4]));
+    }
+    let header = Header::read(&mut fields, limits).map_err(refused)?;
+    let mut directory = Directory::new(true);
+    let entries = (0..header.levels).map(|_| directory.read(&mut fields, limits));
+    let entries = entries.collect::<Result<_, _>>().map_err(refused)?;
+    Ok((header, entries, fields.rest))
+}
+
+fn runs<'a>(entries: &[Entry], bytes: &'a [u8]) -> Result<Vec<Run<'a>>, DecodeError> {
+    fields::runs(entries, bytes).ok_or(DecodeError::OutOfRange("the length of the tile"))
+}
+
+fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, DecodeError> {
+    let boundary_from = header.levels - Side::ALL.len();
+    let mut partition = progressive::decode(header.base, runs, boundary_from, &header.frame)?;
+    if let Some(&last) = partition.levels.last() {
+        partition.levels.resize(header.levels, last);
+    }
     partition::validate(&partition)?;
+    scale(&mut partition, f64::from(header.height_exponent).exp2());
+    let whole = runs.iter().filter(|run| !run.is_cut).count();
+    let mut outline_errors: Vec<f64> = entries[..whole].iter().map(|entry| f64::from(entry.outline_error)).collect();
+    outline_errors.resize(header.levels, outline_errors.last().copied().unwrap_or(f64::INFINITY));
     Ok(Tile {
         address: header.address,
         extent_bits: header.extent_bits,
         height_exponent: header.height_exponent,
         sampling: header.frame.sampling,
-        partition: scaled(&partition, f64::from(header.height_exponent).exp2()),
+        partition,
         outline_errors,
     })
 }
 
-/// The same partition with heights in another unit.
-fn scaled(partition: &SurfacePartition, scale: f64) -> SurfacePartition {
-    let scaled = |positions: &[DVec3]| positions.iter().map(|&at| at * DVec3::new(1.0, 1.0, scale)).collect();
-    SurfacePartition {
-        positions: scaled(&partition.positions),
-        blue_positions: scaled(&partition.blue_positions),
-        ..partition.clone()
-    }
+/// Puts heights in another unit.
+fn scale(partition: &mut SurfacePartition, scale: f64) {
+    let positions = partition.positions.iter_mut().chain(&mut partition.blue_positions);
+    positions.for_each(|position| position.z *= scale);
 }
 
 /// The lowest and the highest, in steps; those beyond an `i32` are left to be found off the lattice.
@@ -181,7 +217,6 @@ fn frame(extent_bits: u8, [lowest, highest]: [f64; 2], sampling: Option<Sampling
         bounds: [DVec3::new(0.0, 0.0, lowest), DVec3::new(extent, extent, highest)],
         is_height_field: true,
         sampling,
-        boundary_levels: Side::ALL.len(),
     }
 }
 
@@ -195,89 +230,42 @@ struct Header {
 }
 
 impl Header {
-    fn read(bytes: &[u8], limits: &Limits) -> Result<Self, DecodeError> {
-        let fixed: &[u8; HEADER_LENGTH] = bytes.first_chunk().ok_or(DecodeError::Truncated(bytes.len()))?;
-        if &fixed[..4] != MAGIC {
-            return Err(DecodeError::NotATile);
-        }
-        if fixed[4] != VERSION {
-            return Err(DecodeError::Version(fixed[4]));
-        }
-        let levels = usize::from(u16::from_le_bytes([fixed[24], fixed[25]]));
+    /// All but the magic and the version.
+    fn read(fields: &mut Fields, limits: &Limits) -> Result<Self, FieldError> {
+        let [zoom, extent_bits, height_exponent] = fields.bytes()?;
+        let [x, y, lowest, highest] = [(); 4].map(|()| fields.bytes());
+        let [x, y] = [u32::from_le_bytes(x?), u32::from_le_bytes(y?)];
+        let heights = [i32::from_le_bytes(lowest?), i32::from_le_bytes(highest?)];
+        let [flags] = fields.bytes()?;
+        let levels = fields.number()? as usize;
         if levels > limits.levels {
-            return Err(DecodeError::Limit("the number of levels"));
+            return Err(FieldError::Limit("the number of levels"));
         }
         if levels <= Side::ALL.len() {
-            return Err(DecodeError::OutOfRange("the number of levels"));
+            return Err(FieldError::OutOfRange("the number of levels"));
         }
-        if fixed[6] > MAX_EXTENT_BITS {
-            return Err(DecodeError::OutOfRange("the lattice extent"));
+        if extent_bits > MAX_EXTENT_BITS {
+            return Err(FieldError::OutOfRange("the lattice extent"));
         }
-        let heights = [16, 20].map(|at| f64::from(word(fixed, at).cast_signed()));
-        let frame = frame(fixed[6], heights, sampling(fixed));
+        let base = BaseSize {
+            vertices: fields.number()?,
+            triangles: fields.number()?,
+        };
+        let frame = frame(extent_bits, heights.map(f64::from), Sampling::read(fields, flags & SAMPLED != 0)?);
         if !frame.is_valid() {
-            return Err(DecodeError::OutOfRange("the lattice"));
+            return Err(FieldError::OutOfRange("the lattice"));
         }
-        let address = TileAddress::new(fixed[5], word(fixed, 8), word(fixed, 12));
         Ok(Self {
-            address: address.ok_or(DecodeError::OutOfRange("the tile address"))?,
-            extent_bits: fixed[6],
-            height_exponent: fixed[7].cast_signed(),
+            address: TileAddress::new(zoom, x, y).ok_or(FieldError::OutOfRange("the tile address"))?,
+            extent_bits,
+            height_exponent: height_exponent.cast_signed(),
             levels,
-            base: BaseSize {
-                vertices: word(fixed, 32),
-                triangles: word(fixed, 36),
-            },
+            base,
             frame,
         })
     }
 }
 
-fn sampling(header: &[u8; HEADER_LENGTH]) -> Option<Sampling> {
-    let [column, row, across, down] = [40, 48, 56, 64].map(|at| double(header, at));
-    let is_sampled = u16::from_le_bytes([header[26], header[27]]) & SAMPLED != 0;
-    is_sampled.then_some(Sampling {
-        origin: [column, row],
-        step: [across, down],
-    })
-}
-
-struct Entry {
-    end: usize,
-    level: Level,
-    outline_error: f64,
-}
-
-impl Entry {
-    fn read(bytes: &[u8], index: usize, limits: &Limits) -> Result<Self, DecodeError> {
-        let start = HEADER_LENGTH + ENTRY_LENGTH * index;
-        let entry = bytes
-            .get(start..start + ENTRY_LENGTH)
-            .ok_or(DecodeError::Truncated(bytes.len()))?;
-        let level = Level {
-            vertex_end: word(entry, 4),
-            triangle_end: word(entry, 8),
-            error: f64::from(f32::from_bits(word(entry, 12))),
-        };
-        if level.vertex_end as usize > limits.vertices {
-            return Err(DecodeError::Limit("the number of vertices"));
-        }
-        if level.triangle_end as usize > limits.triangles {
-            return Err(DecodeError::Limit("the number of triangles"));
-        }
-        let outline_error = f64::from(f32::from_bits(word(entry, 16)));
-        if outline_error.is_nan() || outline_error < 0.0 || level.error < 0.0 {
-            return Err(DecodeError::OutOfRange("an error"));
-        }
-        Ok(Self {
-            end: word(entry, 0) as usize,
-            level,
-            outline_error,
-        })
-    }
-}
-
-/// All but the length of the tile.
 fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], base: BaseSize) {
     bytes.extend(MAGIC);
     bytes.extend([
@@ -289,17 +277,11 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], base: BaseS
     bytes.extend(tile.address.x.to_le_bytes());
     bytes.extend(tile.address.y.to_le_bytes());
     heights.iter().for_each(|height| bytes.extend(height.to_le_bytes()));
-    bytes.extend((tile.partition.levels.len() as u16).to_le_bytes());
-    bytes.extend((u16::from(tile.sampling.is_some()) * SAMPLED).to_le_bytes());
-    bytes.extend([0; 4]);
-    bytes.extend(base.vertices.to_le_bytes());
-    bytes.extend(base.triangles.to_le_bytes());
-    let numbers = tile
-        .sampling
-        .map_or([[0.0; 2]; 2], |sampling| [sampling.origin, sampling.step]);
-    for number in numbers.as_flattened() {
-        bytes.extend(number.to_le_bytes());
-    }
+    bytes.push(u8::from(tile.sampling.is_some()) * SAMPLED);
+    bytes.extend(tile.partition.levels.len().encode_var_vec());
+    bytes.extend(base.vertices.encode_var_vec());
+    bytes.extend(base.triangles.encode_var_vec());
+    tile.sampling.iter().for_each(|sampling| sampling.write(bytes));
 }
 
 /// The smallest `f32` that is not below `value`.
@@ -311,14 +293,6 @@ pub fn rounded_up(value: f64) -> f32 {
     } else {
         nearest
     }
-}
-
-pub(crate) fn word(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
-}
-
-pub(crate) fn double(bytes: &[u8], at: usize) -> f64 {
-    f64::from_bits(u64::from(word(bytes, at)) | u64::from(word(bytes, at + 4)) << 32)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ pub mod address;
 pub mod archive;
 pub mod codec;
 pub mod ellipsoid;
+mod fields;
 pub mod layer_json;
 pub mod metadata;
 pub mod model;

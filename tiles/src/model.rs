@@ -9,16 +9,16 @@
 
 use glam::DVec3;
 use terrain_core::SurfacePartition;
-use terrain_core::partition::{self, Level, PartitionError};
+use integer_encoding::VarInt;
+use terrain_core::partition::{self, PartitionError};
 use thiserror::Error;
 
-use crate::codec::{Limits, double, rounded_up, word};
-use crate::progressive::{self, BaseSize, Damaged, Frame, Sampling};
+use crate::codec::{Limits, rounded_up};
+use crate::fields::{self, Directory, Entry, FieldError, Fields};
+use crate::progressive::{self, BaseSize, Damaged, Frame, Run, Sampling};
 
 const MAGIC: &[u8; 4] = b"SPMF";
 const VERSION: u8 = 1;
-const HEADER_LENGTH: usize = 112;
-const ENTRY_LENGTH: usize = 16;
 const HEIGHT_FIELD: u8 = 1;
 const SAMPLED: u8 = 2;
 /// Lattice units along each axis of a model are at most this.
@@ -48,11 +48,8 @@ pub enum EncodeError {
     /// The origin, a step, the sampling or the extent is not finite, not positive or too large.
     #[error("the lattice must be finite, with steps above 0 and at most 2^31 of them a side")]
     Lattice,
-    /// More levels than their field holds.
-    #[error("at most 65,535 levels, and at least one")]
-    Levels,
-    /// More bytes than the 32-bit offsets reach.
-    #[error("the file is larger than 4 GiB")]
+    /// A level of more bytes than its field tells.
+    #[error("a level is larger than 4 GiB")]
     TooLarge,
 }
 
@@ -139,7 +136,6 @@ impl Model {
 /// When the model is not what [`Model`] says it is, or its surface is no manifold where vertices collapse.
 pub fn encode(model: &Model) -> Result<Vec<u8>, EncodeError> {
     let partition = &model.partition;
-    let levels = u16::try_from(partition.levels.len()).map_err(|_| EncodeError::Levels)?;
     let positions = partition.positions.iter().chain(&partition.blue_positions);
     let extent = positions.fold(DVec3::ZERO, |extent, &position| extent.max(position));
     let frame = frame(model.is_height_field, model.sampling, extent);
@@ -148,84 +144,135 @@ pub fn encode(model: &Model) -> Result<Vec<u8>, EncodeError> {
     if !is_lattice || !frame.is_valid() || extent.max_element() > MAX_EXTENT {
         return Err(EncodeError::Lattice);
     }
-    let coded = progressive::encode(partition, &frame)?;
+    let coded = progressive::encode(partition, partition.levels.len(), &frame)?;
     let mut bytes = Vec::new();
-    bytes.extend(MAGIC);
-    let flags = u8::from(model.is_height_field) * HEIGHT_FIELD + u8::from(model.sampling.is_some()) * SAMPLED;
-    bytes.extend([VERSION, flags]);
-    bytes.extend(levels.to_le_bytes());
-    bytes.extend(coded.base.vertices.to_le_bytes());
-    bytes.extend(coded.base.triangles.to_le_bytes());
-    let sampling = model.sampling.unwrap_or(Sampling {
-        origin: [0.0; 2],
-        step: [0.0; 2],
-    });
-    for number in [model.origin.to_array(), model.step.to_array()].as_flattened() {
-        bytes.extend(number.to_le_bytes());
-    }
-    for number in [sampling.origin, sampling.step].as_flattened() {
-        bytes.extend(number.to_le_bytes());
-    }
-    for extent in extent.to_array() {
-        bytes.extend((extent as u32).to_le_bytes());
-    }
-    bytes.extend([0; 4]);
-    let mut end = HEADER_LENGTH + ENTRY_LENGTH * coded.levels.len();
-    for (level, coded) in partition.levels.iter().zip(&coded.levels) {
-        end += coded.len();
-        bytes.extend(u32::try_from(end).map_err(|_| EncodeError::TooLarge)?.to_le_bytes());
-        bytes.extend(level.vertex_end.to_le_bytes());
-        bytes.extend(level.triangle_end.to_le_bytes());
-        bytes.extend(rounded_up(level.error).to_le_bytes());
+    write_header(&mut bytes, model, extent, coded.base);
+    let mut directory = Directory::new(false);
+    for (&level, coded) in partition.levels.iter().zip(&coded.levels) {
+        let mut entry = Entry {
+            length: coded.len(),
+            level,
+            outline_error: 0.0,
+        };
+        entry.level.error = f64::from(rounded_up(level.error));
+        directory.write(&mut bytes, &entry).map_err(|_| EncodeError::TooLarge)?;
     }
     coded.levels.iter().for_each(|level| bytes.extend(level));
     Ok(bytes)
 }
 
-/// Reads a model, or as many of its levels as `bytes` hold: any prefix that ends with a level is one, of which corners are those
-/// of the finest surface in it.
+fn write_header(bytes: &mut Vec<u8>, model: &Model, extent: DVec3, base: BaseSize) {
+    bytes.extend(MAGIC);
+    let flags = u8::from(model.is_height_field) * HEIGHT_FIELD + u8::from(model.sampling.is_some()) * SAMPLED;
+    bytes.extend([VERSION, flags]);
+    let lattice = [model.origin.to_array(), model.step.to_array()];
+    bytes.extend(lattice.as_flattened().iter().flat_map(|number| number.to_le_bytes()));
+    let extent = extent.to_array().map(|extent| extent as u32);
+    let numbers = [model.partition.levels.len() as u32, base.vertices, base.triangles];
+    for number in numbers.into_iter().chain(extent) {
+        bytes.extend(number.encode_var_vec());
+    }
+    model.sampling.iter().for_each(|sampling| sampling.write(bytes));
+}
+
+/// Reads a whole model.
 ///
 /// # Errors
-/// When the bytes are not a model of this version, hold no whole level, or exceed `limits`.
+/// When the bytes are not a model of this version, or exceed `limits`.
 pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
-    let header: &[u8; HEADER_LENGTH] = bytes.first_chunk().ok_or(DecodeError::Truncated(bytes.len()))?;
-    if &header[..4] != MAGIC {
-        return Err(DecodeError::NotAModel);
+    let head = Head::read(bytes, limits)?;
+    let runs = head.runs()?;
+    if runs.len() < head.entries.len() || runs.iter().any(|run| run.is_cut) {
+        return Err(DecodeError::Truncated(bytes.len()));
     }
-    if header[4] != VERSION {
-        return Err(DecodeError::Version(header[4]));
+    head.model(&runs)
+}
+
+/// Reads as much of a model as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
+/// are whole. Corners are those of the finest surface so far. A level that is cut claims the error of the one before, which is
+/// infinite if it is the first.
+///
+/// # Errors
+/// When the bytes are not the beginning of a model of this version, or exceed `limits`.
+pub fn decode_prefix(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
+    let head = Head::read(bytes, limits)?;
+    head.model(&head.runs()?)
+}
+
+/// What stands before the levels, and what follows.
+struct Head<'a> {
+    origin: DVec3,
+    step: DVec3,
+    frame: Frame,
+    base: BaseSize,
+    entries: Vec<Entry>,
+    rest: &'a [u8],
+}
+
+impl<'a> Head<'a> {
+    fn read(bytes: &'a [u8], limits: &Limits) -> Result<Self, DecodeError> {
+        let refused = |error: FieldError| match error {
+            FieldError::Truncated => DecodeError::Truncated(bytes.len()),
+            FieldError::OutOfRange(name) => DecodeError::OutOfRange(name),
+            FieldError::Limit(name) => DecodeError::Limit(name),
+        };
+        let mut fields = Fields { rest: bytes };
+        let magic: [u8; 5] = fields.bytes().map_err(refused)?;
+        if &magic[..4] != MAGIC {
+            return Err(DecodeError::NotAModel);
+        }
+        if magic[4] != VERSION {
+            return Err(DecodeError::Version(magic[4]));
+        }
+        Self::fields(&mut fields, limits).map_err(refused)
     }
-    let count = usize::from(u16::from_le_bytes([header[6], header[7]]));
-    if count > limits.levels {
-        return Err(DecodeError::Limit("the number of levels"));
+
+    /// All but the magic and the version.
+    fn fields(fields: &mut Fields<'a>, limits: &Limits) -> Result<Self, FieldError> {
+        let [flags] = fields.bytes()?;
+        let [origin, step] = [fields.doubles()?, fields.doubles()?].map(DVec3::from_array);
+        let count = fields.number()? as usize;
+        if count > limits.levels {
+            return Err(FieldError::Limit("the number of levels"));
+        }
+        let base = BaseSize {
+            vertices: fields.number()?,
+            triangles: fields.number()?,
+        };
+        let extent = [fields.number()?, fields.number()?, fields.number()?];
+        let sampling = Sampling::read(fields, flags & SAMPLED != 0)?;
+        let extent = DVec3::from_array(extent.map(f64::from));
+        let frame = frame(flags & HEIGHT_FIELD != 0, sampling, extent);
+        if !frame.is_valid() || !origin.is_finite() || !step.is_finite() || step.min_element() <= 0.0 {
+            return Err(FieldError::OutOfRange("the lattice"));
+        }
+        let mut directory = Directory::new(false);
+        let entries = (0..count).map(|_| directory.read(fields, limits));
+        Ok(Self {
+            origin,
+            step,
+            frame,
+            base,
+            entries: entries.collect::<Result<_, _>>()?,
+            rest: fields.rest,
+        })
     }
-    let [base_vertices, base_triangles] = [8, 12].map(|at| word(header, at));
-    let numbers: [f64; 10] = std::array::from_fn(|index| double(header, 16 + 8 * index));
-    let [ox, oy, oz, sx, sy, sz, column, row, across, down] = numbers;
-    let sampling = (header[5] & SAMPLED != 0).then_some(Sampling {
-        origin: [column, row],
-        step: [across, down],
-    });
-    let extent = DVec3::from_array([96, 100, 104].map(|at| f64::from(word(header, at))));
-    let frame = frame(header[5] & HEIGHT_FIELD != 0, sampling, extent);
-    let (origin, step) = (DVec3::new(ox, oy, oz), DVec3::new(sx, sy, sz));
-    if !frame.is_valid() || !origin.is_finite() || !step.is_finite() || step.min_element() <= 0.0 {
-        return Err(DecodeError::OutOfRange("the lattice"));
+
+    fn runs(&self) -> Result<Vec<Run<'a>>, DecodeError> {
+        fields::runs(&self.entries, self.rest).ok_or(DecodeError::OutOfRange("the length of the file"))
     }
-    let (levels, runs) = directory(bytes, count, limits)?;
-    let base = BaseSize {
-        vertices: base_vertices,
-        triangles: base_triangles,
-    };
-    let partition = progressive::decode(base, &levels, &runs, &frame)?;
-    partition::validate(&partition)?;
-    Ok(Model {
-        origin,
-        step,
-        is_height_field: frame.is_height_field,
-        sampling,
-        partition,
-    })
+
+    fn model(&self, runs: &[Run]) -> Result<Model, DecodeError> {
+        let partition = progressive::decode(self.base, runs, self.entries.len(), &self.frame)?;
+        partition::validate(&partition)?;
+        Ok(Model {
+            origin: self.origin,
+            step: self.step,
+            is_height_field: self.frame.is_height_field,
+            sampling: self.frame.sampling,
+            partition,
+        })
+    }
 }
 
 fn frame(is_height_field: bool, sampling: Option<Sampling>, extent: DVec3) -> Frame {
@@ -233,42 +280,7 @@ fn frame(is_height_field: bool, sampling: Option<Sampling>, extent: DVec3) -> Fr
         bounds: [DVec3::ZERO, extent],
         is_height_field,
         sampling,
-        boundary_levels: 0,
     }
-}
-
-/// The levels, and the bytes of those that are there.
-fn directory<'a>(bytes: &'a [u8], count: usize, limits: &Limits) -> Result<(Vec<Level>, Vec<&'a [u8]>), DecodeError> {
-    let mut start = HEADER_LENGTH + ENTRY_LENGTH * count;
-    let entries = bytes
-        .get(HEADER_LENGTH..start)
-        .ok_or(DecodeError::Truncated(bytes.len()))?;
-    let (mut levels, mut runs) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    for entry in entries.chunks_exact(ENTRY_LENGTH) {
-        let end = word(entry, 0) as usize;
-        let level = Level {
-            vertex_end: word(entry, 4),
-            triangle_end: word(entry, 8),
-            error: f64::from(f32::from_bits(word(entry, 12))),
-        };
-        if end < start {
-            return Err(DecodeError::OutOfRange("the end of a level"));
-        }
-        if level.vertex_end as usize > limits.vertices {
-            return Err(DecodeError::Limit("the number of vertices"));
-        }
-        if level.triangle_end as usize > limits.triangles {
-            return Err(DecodeError::Limit("the number of triangles"));
-        }
-        let Some(run) = bytes.get(start..end) else { break };
-        levels.push(level);
-        runs.push(run);
-        start = end;
-    }
-    if runs.is_empty() {
-        return Err(DecodeError::Truncated(bytes.len()));
-    }
-    Ok((levels, runs))
 }
 
 #[cfg(test)]

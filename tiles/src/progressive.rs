@@ -28,8 +28,8 @@ use thiserror::Error;
 
 use base::Base;
 use collapses::{Collapses, unravel};
-use level::{LevelCoder, Stage, Unknown};
-use range_coder::{Coder, Decoder, Encoder};
+use level::{Fault, LevelCoder, Stage, Unknown};
+use range_coder::{Decoder, Encoder};
 use schedule::Schedule;
 use split::SplitModel;
 use surface::Surface;
@@ -51,8 +51,6 @@ pub struct Frame {
     pub is_height_field: bool,
     /// Where the vertices of a height field like to lie.
     pub sampling: Option<Sampling>,
-    /// How many of the last levels split vertices of the boundary only.
-    pub boundary_levels: usize,
 }
 
 impl Frame {
@@ -113,11 +111,16 @@ pub enum EncodeError {
 #[error("level {0} is damaged")]
 pub struct Damaged(pub usize);
 
-/// Codes a partition whose positions are whole numbers.
+/// Codes a partition whose positions are whole numbers. `boundary_from` is the first of the levels that split vertices of the
+/// boundary only, the number of levels if there is none.
 ///
 /// # Errors
 /// When it is not what [`Frame`] says, or no surface that vertex splits can make.
-pub fn encode(partition: &SurfacePartition, frame: &Frame) -> Result<Coded, EncodeError> {
+pub fn encode(
+    partition: &SurfacePartition,
+    boundary_from: usize,
+    frame: &Frame,
+) -> Result<Coded, EncodeError> {
     partition::validate(partition)?;
     check_lattice(partition, frame)?;
     let collapses = unravel(partition, frame.is_height_field).map_err(|fault| EncodeError::NotASplit(fault.0))?;
@@ -135,7 +138,7 @@ pub fn encode(partition: &SurfacePartition, frame: &Frame) -> Result<Coded, Enco
     for (index, level) in partition.levels.iter().enumerate() {
         schedule.level = index as u32;
         let splits = level.vertex_end as usize - coder.surface.vertices.len();
-        let stage = stage(index, partition.levels.len(), frame);
+        let stage = stage(index, boundary_from);
         let coded = coder.code(&mut encoder, stage, splits, &mut schedule);
         coded.map_err(|_| EncodeError::NotASurface)?;
         levels.push(std::mem::replace(&mut encoder, Encoder::new()).finish());
@@ -144,48 +147,79 @@ pub fn encode(partition: &SurfacePartition, frame: &Frame) -> Result<Coded, Enco
     Ok(Coded { base: size, levels })
 }
 
-/// Decodes as many levels as there are bytes of. The vertices of each level come in the order of their splits, and so do the
-/// triangles; corners are those of the finest surface decoded.
+/// A level to decode.
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// Its bytes, as far as they are there.
+    pub bytes: &'a [u8],
+    /// Whether there are more, which are not there.
+    pub is_cut: bool,
+    /// What it makes once all are there.
+    pub level: Level,
+}
+
+/// Decodes levels, of which the last may be cut: what it has whole splits of then is the last level of the partition, with the
+/// error of the one before, for it is as good at least wherever it was split and the same elsewhere; a cut first level claims
+/// nothing. The vertices of each level come in the order of their splits, and so do the triangles; corners are those of the
+/// finest surface decoded. `boundary_from` is the first of the levels that split vertices of the boundary only.
 ///
 /// # Errors
-/// The first level whose bytes make no surface of its size.
-pub fn decode(base: BaseSize, levels: &[Level], bytes: &[&[u8]], frame: &Frame) -> Result<SurfacePartition, Damaged> {
-    let mut reader: Option<LevelCoder> = None;
-    for (index, (level, bytes)) in levels.iter().zip(bytes).enumerate() {
-        let mut decoder = Decoder::new(bytes);
-        let coder = match &mut reader {
-            Some(coder) => coder,
-            none => {
-                let size = [base.vertices as usize, base.triangles as usize];
-                if base.vertices > level.vertex_end || base.triangles > level.triangle_end {
-                    return Err(Damaged(index));
-                }
-                let read = Base::code(&mut decoder, size, frame.bounds, &Base::default());
-                none.insert(level_coder(read.ok_or(Damaged(index))?, frame))
-            }
-        };
-        let splits = (level.vertex_end as usize).checked_sub(coder.surface.vertices.len());
-        let stage = stage(index, levels.len(), frame);
-        let read = coder.code(&mut decoder, stage, splits.ok_or(Damaged(index))?, &mut Unknown);
-        let is_complete = coder.surface.triangle_count() == level.triangle_end as usize;
-        if read.is_err() || !is_complete || decoder.is_exhausted() {
-            return Err(Damaged(index));
-        }
+/// The first level whose bytes make no surface of its size, or that is cut before its base ends.
+pub fn decode(
+    base: BaseSize,
+    runs: &[Run],
+    boundary_from: usize,
+    frame: &Frame,
+) -> Result<SurfacePartition, Damaged> {
+    let first = runs.first().ok_or(Damaged(0))?;
+    let mut decoder = Decoder::new(first.bytes, first.is_cut);
+    if base.vertices > first.level.vertex_end || base.triangles > first.level.triangle_end {
+        return Err(Damaged(0));
     }
-    let coder = reader.ok_or(Damaged(0))?;
+    let size = [base.vertices as usize, base.triangles as usize];
+    let read = Base::code(&mut decoder, size, frame.bounds, &Base::default());
+    let mut coder = level_coder(read.ok_or(Damaged(0))?, frame);
+    let mut levels = Vec::with_capacity(runs.len());
+    for (index, run) in runs.iter().enumerate() {
+        if index > 0 {
+            decoder = Decoder::new(run.bytes, run.is_cut);
+        }
+        let error = levels.last().map_or(f64::INFINITY, |before: &Level| before.error);
+        levels.push(decode_run(&mut coder, &mut decoder, run, stage(index, boundary_from), error).ok_or(Damaged(index))?);
+    }
     Ok(SurfacePartition {
         positions: coder.made_at,
         blue_positions: coder.blue_positions,
         representatives: coder.representatives,
         triangles: coder.surface.triangles().collect(),
-        levels: levels[..bytes.len().min(levels.len())].to_vec(),
+        levels,
     })
 }
 
-fn stage(index: usize, count: usize, frame: &Frame) -> Stage {
+/// Decodes a level; tells what it makes as far as it is there. None if its bytes make no surface of its size.
+fn decode_run(
+    coder: &mut LevelCoder,
+    decoder: &mut Decoder,
+    run: &Run,
+    stage: Stage,
+    error: f64,
+) -> Option<Level> {
+    let splits = (run.level.vertex_end as usize).checked_sub(coder.surface.vertices.len())?;
+    match coder.code(decoder, stage, splits, &mut Unknown) {
+        Err(Fault::Exhausted) if run.is_cut => Some(Level {
+            vertex_end: coder.surface.vertices.len() as u32,
+            triangle_end: coder.surface.triangle_count() as u32,
+            error,
+        }),
+        Ok(()) if coder.surface.triangle_count() == run.level.triangle_end as usize => Some(run.level),
+        _ => None,
+    }
+}
+
+fn stage(index: usize, boundary_from: usize) -> Stage {
     if index == 0 {
         Stage::Base
-    } else if index + frame.boundary_levels >= count {
+    } else if index >= boundary_from {
         Stage::Boundary
     } else {
         Stage::Level

@@ -56,9 +56,14 @@ impl Source for Unknown {
     fn performed(&mut self, _: u32) {}
 }
 
-/// The bits make no surface.
+/// Why a level ends before it has all its splits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Fault;
+pub(super) enum Fault {
+    /// There are no more bytes. What was split before is a surface.
+    Exhausted,
+    /// The bits make no surface.
+    NotASurface,
+}
 
 /// The state that encoder and decoder share.
 #[derive(Debug)]
@@ -111,8 +116,11 @@ impl LevelCoder {
         self.surface.vertices.iter_mut().for_each(|vertex| vertex.is_queued = true);
         let mut is_asked_again = false;
         while self.surface.vertices.len() < end {
+            if coder.is_exhausted() {
+                return Err(Fault::Exhausted);
+            }
             if self.queue.is_empty() {
-                return Err(Fault);
+                return Err(Fault::NotASurface);
             }
             std::mem::swap(&mut self.round, &mut self.queue);
             self.queue.clear();
@@ -163,9 +171,11 @@ impl LevelCoder {
         let (blue, cuts) = self
             .splits
             .code(coder, &mut red, &mut self.ring, stage == Stage::Base, told);
-        let is_split = are_possible(cuts, &self.ring) && self.is_inside(blue.position) && self.is_inside(red.position);
-        if !is_split || coder.is_exhausted() {
-            return Err(Fault);
+        if coder.is_exhausted() {
+            return Err(Fault::Exhausted);
+        }
+        if !are_possible(cuts, &self.ring) || !self.is_inside(blue.position) || !self.is_inside(red.position) {
+            return Err(Fault::NotASurface);
         }
         self.surface.vertices[vertex as usize] = red;
         self.note(stage, vertex, red.position, blue.position);

@@ -174,15 +174,19 @@ impl Coder for Encoder {
 #[derive(Debug)]
 pub(super) struct Decoder<'a> {
     bytes: &'a [u8],
+    /// The end of what may be read.
+    end: usize,
     next: usize,
     code: u64,
     range: u64,
 }
 
 impl<'a> Decoder<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Self {
+    /// Whatever follows `bytes` is 0; unless they are cut, then it may not be read.
+    pub(super) fn new(bytes: &'a [u8], is_cut: bool) -> Self {
         let mut decoder = Self {
             bytes,
+            end: bytes.len() + if is_cut { 0 } else { 2 * AHEAD },
             next: 0,
             code: 0,
             range: WHOLE_RANGE,
@@ -219,7 +223,7 @@ impl Coder for Decoder<'_> {
     }
 
     fn is_exhausted(&self) -> bool {
-        self.next > self.bytes.len() + 2 * AHEAD
+        self.next > self.end
     }
 
     #[inline]

@@ -22,7 +22,7 @@ fn rare_bits_cost_their_entropy_and_come_back() {
         let bytes = encoded(&bits);
         let cost = bytes.len() as f64 * 8.0 / bits.len() as f64;
         assert!(cost < entropy * 1.06 + 0.005, "{cost} bits each for one in {rarity}");
-        let mut decoder = Decoder::new(&bytes);
+        let mut decoder = Decoder::new(&bytes, false);
         let mut probability = Probability::default();
         let read: Vec<bool> = bits.iter().map(|_| decoder.bit(&mut probability, false)).collect();
         assert!(read == bits && !decoder.is_exhausted());
@@ -35,7 +35,7 @@ fn even_bits_keep_their_order_and_cost_one_bit_each() {
     encoder.even_bits(40, 0x12_3456_789a);
     let bytes = encoder.finish();
     assert_eq!(bytes.len(), 5);
-    assert_eq!(Decoder::new(&bytes).even_bits(40, 0), 0x12_3456_789a);
+    assert_eq!(Decoder::new(&bytes, false).even_bits(40, 0), 0x12_3456_789a);
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn a_carry_runs_through_bytes_already_written() {
         encoder.even_bits(1, u64::from(bit));
     }
     let bytes = encoder.finish();
-    let mut decoder = Decoder::new(&bytes);
+    let mut decoder = Decoder::new(&bytes, false);
     let mut probability = Probability::default();
     let read = bits
         .iter()
@@ -66,7 +66,7 @@ fn nothing_takes_no_byte() {
 
 #[test]
 fn reading_on_after_the_end_is_noticed() {
-    let mut decoder = Decoder::new(&[0x12]);
+    let mut decoder = Decoder::new(&[0x12], false);
     let reads = (0..).take_while(|_| {
         decoder.even_bits(1, 0);
         !decoder.is_exhausted()

@@ -1,0 +1,44 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
+use super::*;
+
+fn entry(length: usize, [vertex_end, triangle_end]: [u32; 2], error: f32) -> Entry {
+    Entry {
+        length,
+        level: Level {
+            vertex_end,
+            triangle_end,
+            error: f64::from(error),
+        },
+        outline_error: 0.25,
+    }
+}
+
+#[test]
+fn entries_come_back_and_take_a_byte_for_what_does_not_change() {
+    let entries = [entry(300, [100, 150], 2.0), entry(0, [100, 150], 2.0), entry(7, [103, 156], 1.5)];
+    let (mut writer, mut reader) = (Directory::new(true), Directory::new(true));
+    let mut bytes = Vec::new();
+    let ends = entries.each_ref().map(|entry| {
+        writer.write(&mut bytes, entry).unwrap();
+        bytes.len()
+    });
+    assert_eq!(ends[1] - ends[0], 5, "nothing is new in the second");
+    let mut fields = Fields { rest: &bytes };
+    for entry in &entries {
+        assert_eq!(reader.read(&mut fields, &Limits::default()).unwrap(), *entry);
+    }
+    assert!(fields.rest.is_empty());
+}
+
+#[test]
+fn numbers_that_none_can_be_are_refused() {
+    let number = |bytes: &[u8]| Fields { rest: bytes }.number();
+    assert_eq!(number(&[0xac, 0x02]), Ok(300));
+    assert_eq!(number(&[0xff, 0xff, 0xff, 0xff, 0x0f]), Ok(u32::MAX));
+    assert_eq!(number(&[0x80, 0x80, 0x80, 0x80, 0x10]), Err(FieldError::OutOfRange("a number")));
+    assert_eq!(number(&[0x80; 3]), Err(FieldError::Truncated));
+    let negative_error = [0, 0, 0, 0x01];
+    let refused = Directory::new(false).read(&mut Fields { rest: &negative_error }, &Limits::default());
+    assert_eq!(refused, Err(FieldError::OutOfRange("an error")));
+}
