@@ -73,6 +73,6 @@ fn decode(bencher: Bencher, side: u32) {
 #[divan::bench]
 fn decode_tile(bencher: Bencher) {
     bencher
-        .counter(ItemsCount::new(1643_usize))
+        .counter(ItemsCount::new(1671_usize))
         .bench(|| codec::decode(TILE, &Limits::default()));
 }

@@ -8,8 +8,8 @@
 //! What is in a level is [`crate::progressive`]'s.
 
 use glam::DVec3;
-use terrain_core::SurfacePartition;
 use integer_encoding::VarInt;
+use terrain_core::SurfacePartition;
 use terrain_core::partition::{self, PartitionError};
 use thiserror::Error;
 
@@ -184,7 +184,10 @@ fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, Decode
     partition::validate(&partition)?;
     scale(&mut partition, f64::from(header.height_exponent).exp2());
     let whole = runs.iter().filter(|run| !run.is_cut).count();
-    let mut outline_errors: Vec<f64> = entries[..whole].iter().map(|entry| f64::from(entry.outline_error)).collect();
+    let mut outline_errors: Vec<f64> = entries[..whole]
+        .iter()
+        .map(|entry| f64::from(entry.outline_error))
+        .collect();
     outline_errors.resize(header.levels, outline_errors.last().copied().unwrap_or(f64::INFINITY));
     Ok(Tile {
         address: header.address,
@@ -251,7 +254,11 @@ impl Header {
             vertices: fields.number()?,
             triangles: fields.number()?,
         };
-        let frame = frame(extent_bits, heights.map(f64::from), Sampling::read(fields, flags & SAMPLED != 0)?);
+        let frame = frame(
+            extent_bits,
+            heights.map(f64::from),
+            Sampling::read(fields, flags & SAMPLED != 0)?,
+        );
         if !frame.is_valid() {
             return Err(FieldError::OutOfRange("the lattice"));
         }

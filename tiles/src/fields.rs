@@ -144,7 +144,10 @@ impl Directory {
         self.triangles += 2 * vertices - fields.signed_number()?;
         let out_of_range = FieldError::OutOfRange("the number of vertices or triangles");
         let [vertex_end, triangle_end] = [self.vertices, self.triangles].map(u32::try_from);
-        let [vertex_end, triangle_end] = [vertex_end.map_err(|_| out_of_range)?, triangle_end.map_err(|_| out_of_range)?];
+        let [vertex_end, triangle_end] = [
+            vertex_end.map_err(|_| out_of_range)?,
+            triangle_end.map_err(|_| out_of_range)?,
+        ];
         if vertex_end as usize > limits.vertices {
             return Err(FieldError::Limit("the number of vertices"));
         }
@@ -193,7 +196,11 @@ pub(crate) fn runs<'a>(entries: &[Entry], mut bytes: &'a [u8]) -> Option<Vec<Run
 fn changed(bits: u32, change: i64) -> Result<u32, FieldError> {
     let out_of_range = FieldError::OutOfRange("an error");
     let bits = u32::try_from(i64::from(bits) + change).map_err(|_| out_of_range)?;
-    if f32::from_bits(bits) >= 0.0 { Ok(bits) } else { Err(out_of_range) }
+    if f32::from_bits(bits) >= 0.0 {
+        Ok(bits)
+    } else {
+        Err(out_of_range)
+    }
 }
 
 #[cfg(test)]

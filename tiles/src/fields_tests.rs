@@ -16,7 +16,11 @@ fn entry(length: usize, [vertex_end, triangle_end]: [u32; 2], error: f32) -> Ent
 
 #[test]
 fn entries_come_back_and_take_a_byte_for_what_does_not_change() {
-    let entries = [entry(300, [100, 150], 2.0), entry(0, [100, 150], 2.0), entry(7, [103, 156], 1.5)];
+    let entries = [
+        entry(300, [100, 150], 2.0),
+        entry(0, [100, 150], 2.0),
+        entry(7, [103, 156], 1.5),
+    ];
     let (mut writer, mut reader) = (Directory::new(true), Directory::new(true));
     let mut bytes = Vec::new();
     let ends = entries.each_ref().map(|entry| {
@@ -36,7 +40,10 @@ fn numbers_that_none_can_be_are_refused() {
     let number = |bytes: &[u8]| Fields { rest: bytes }.number();
     assert_eq!(number(&[0xac, 0x02]), Ok(300));
     assert_eq!(number(&[0xff, 0xff, 0xff, 0xff, 0x0f]), Ok(u32::MAX));
-    assert_eq!(number(&[0x80, 0x80, 0x80, 0x80, 0x10]), Err(FieldError::OutOfRange("a number")));
+    assert_eq!(
+        number(&[0x80, 0x80, 0x80, 0x80, 0x10]),
+        Err(FieldError::OutOfRange("a number"))
+    );
     assert_eq!(number(&[0x80; 3]), Err(FieldError::Truncated));
     let negative_error = [0, 0, 0, 0x01];
     let refused = Directory::new(false).read(&mut Fields { rest: &negative_error }, &Limits::default());

@@ -8,8 +8,8 @@
 //! ```
 
 use glam::DVec3;
-use terrain_core::SurfacePartition;
 use integer_encoding::VarInt;
+use terrain_core::SurfacePartition;
 use terrain_core::partition::{self, PartitionError};
 use thiserror::Error;
 

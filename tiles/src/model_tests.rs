@@ -37,18 +37,88 @@ fn a_model_comes_back_and_encodes_to_as_many_levels() {
 #[test]
 fn levels_that_are_there_are_read_and_the_rest_may_be_missing() {
     let bytes = encode(&model()).unwrap();
-    let end = |level: usize| word(&bytes, HEADER_LENGTH + ENTRY_LENGTH * level) as usize;
-    let decoded = decode(&bytes[..end(2)], &Limits::default()).unwrap();
-    assert_eq!(decoded.partition.levels, model().partition.levels[..3]);
+    let head = Head::read(&bytes, &Limits::default()).unwrap();
+    let lengths: Vec<usize> = head.entries.iter().map(|entry| entry.length).collect();
+    let end = |levels: usize| bytes.len() - lengths[levels..].iter().sum::<usize>();
+    let three = decode_prefix(&bytes[..end(3)], &Limits::default()).unwrap();
+    assert_eq!(three.partition.levels, model().partition.levels[..3]);
     let all = decode(&bytes, &Limits::default()).unwrap();
     assert_eq!(
-        decoded.partition.lod(1).triangles.len(),
+        three.partition.lod(1).triangles.len(),
         all.partition.lod(1).triangles.len()
     );
     assert_eq!(
-        decode(&bytes[..end(0) - 1], &Limits::default()),
-        Err(DecodeError::Truncated(end(0) - 1))
+        decode(&bytes[..end(3)], &Limits::default()),
+        Err(DecodeError::Truncated(end(3)))
     );
+    let cut = decode_prefix(&bytes[..end(1) + lengths[1] / 2], &Limits::default()).unwrap();
+    let [first, second] = [0, 1].map(|level| model().partition.levels[level]);
+    assert!((first.vertex_end + 1..second.vertex_end).contains(&cut.partition.levels[1].vertex_end));
+    assert_eq!(
+        cut.partition.levels[1].error, first.error,
+        "what is cut claims no more than before"
+    );
+}
+
+/// A torus of `2 · side²` triangles and a closed surface without a plan view.
+fn torus(side: u32) -> SurfacePartition {
+    let angle = |step: u32| f64::from(step) / f64::from(side) * std::f64::consts::TAU;
+    let position = |vertex: u32| {
+        let (around, across) = (angle(vertex / side), angle(vertex % side));
+        let radius = 3.0 + across.cos();
+        DVec3::new(radius * around.cos(), radius * around.sin(), across.sin())
+    };
+    let number = |x: u32, y: u32| y % side * side + x % side;
+    let quads = (0..side * side).map(|quad| (quad % side, quad / side));
+    let triangles: Vec<[u32; 3]> = quads
+        .flat_map(|(x, y)| {
+            let [a, b, c, d] = [number(x, y), number(x, y + 1), number(x + 1, y + 1), number(x + 1, y)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    let positions: Vec<DVec3> = (0..side * side).map(position).collect();
+    SurfacePartition {
+        representatives: (0..side * side).collect(),
+        blue_positions: positions.clone(),
+        positions,
+        levels: vec![terrain_core::partition::Level {
+            vertex_end: side * side,
+            triangle_end: triangles.len() as u32,
+            error: 0.0,
+        }],
+        triangles,
+    }
+}
+
+/// Six times the volume inside a closed mesh, which tells also whether its triangles look outwards.
+fn six_volumes(mesh: &terrain_core::Mesh) -> f64 {
+    let at = |corner: u32| mesh.positions[corner as usize];
+    mesh.triangles
+        .iter()
+        .map(|&[a, b, c]| at(a).dot(at(b).cross(at(c))))
+        .sum()
+}
+
+#[test]
+fn a_closed_model_comes_back_from_few_bytes_and_closed_from_a_part_of_them() {
+    let model = Model::quantised(&torus(40), 12).unwrap();
+    let bytes = encode(&model).unwrap();
+    let whole = decode(&bytes, &Limits::default()).unwrap().partition.lod(0);
+    crate::progressive::tests::assert_same_levels(
+        &decode(&bytes, &Limits::default()).unwrap().partition,
+        &model.partition,
+    );
+    assert!(bytes.len() < 3 * whole.triangles.len(), "{} bytes", bytes.len());
+    let half = decode_prefix(&bytes[..bytes.len() / 2], &Limits::default())
+        .unwrap()
+        .partition
+        .lod(0);
+    assert_eq!(half.triangles.len(), 2 * half.positions.len(), "closed, with one hole through it");
+    let edges = || half.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let all: std::collections::BTreeSet<[u32; 2]> = edges().collect();
+    assert!(all.len() == edges().count() && edges().all(|[a, b]| all.contains(&[b, a])));
+    let kept = six_volumes(&half) / six_volumes(&whole);
+    assert!((0.8..1.1).contains(&kept), "{kept} of the volume");
 }
 
 #[test]

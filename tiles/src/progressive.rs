@@ -116,11 +116,7 @@ pub struct Damaged(pub usize);
 ///
 /// # Errors
 /// When it is not what [`Frame`] says, or no surface that vertex splits can make.
-pub fn encode(
-    partition: &SurfacePartition,
-    boundary_from: usize,
-    frame: &Frame,
-) -> Result<Coded, EncodeError> {
+pub fn encode(partition: &SurfacePartition, boundary_from: usize, frame: &Frame) -> Result<Coded, EncodeError> {
     partition::validate(partition)?;
     check_lattice(partition, frame)?;
     let collapses = unravel(partition, frame.is_height_field).map_err(|fault| EncodeError::NotASplit(fault.0))?;
@@ -165,12 +161,7 @@ pub struct Run<'a> {
 ///
 /// # Errors
 /// The first level whose bytes make no surface of its size, or that is cut before its base ends.
-pub fn decode(
-    base: BaseSize,
-    runs: &[Run],
-    boundary_from: usize,
-    frame: &Frame,
-) -> Result<SurfacePartition, Damaged> {
+pub fn decode(base: BaseSize, runs: &[Run], boundary_from: usize, frame: &Frame) -> Result<SurfacePartition, Damaged> {
     let first = runs.first().ok_or(Damaged(0))?;
     let mut decoder = Decoder::new(first.bytes, first.is_cut);
     if base.vertices > first.level.vertex_end || base.triangles > first.level.triangle_end {
@@ -185,7 +176,8 @@ pub fn decode(
             decoder = Decoder::new(run.bytes, run.is_cut);
         }
         let error = levels.last().map_or(f64::INFINITY, |before: &Level| before.error);
-        levels.push(decode_run(&mut coder, &mut decoder, run, stage(index, boundary_from), error).ok_or(Damaged(index))?);
+        levels
+            .push(decode_run(&mut coder, &mut decoder, run, stage(index, boundary_from), error).ok_or(Damaged(index))?);
     }
     Ok(SurfacePartition {
         positions: coder.made_at,
@@ -197,13 +189,7 @@ pub fn decode(
 }
 
 /// Decodes a level; tells what it makes as far as it is there. None if its bytes make no surface of its size.
-fn decode_run(
-    coder: &mut LevelCoder,
-    decoder: &mut Decoder,
-    run: &Run,
-    stage: Stage,
-    error: f64,
-) -> Option<Level> {
+fn decode_run(coder: &mut LevelCoder, decoder: &mut Decoder, run: &Run, stage: Stage, error: f64) -> Option<Level> {
     let splits = (run.level.vertex_end as usize).checked_sub(coder.surface.vertices.len())?;
     match coder.code(decoder, stage, splits, &mut Unknown) {
         Err(Fault::Exhausted) if run.is_cut => Some(Level {

@@ -49,7 +49,6 @@ pub(crate) fn frame(partition: &SurfacePartition) -> Frame {
         ],
         is_height_field: true,
         sampling: None,
-        boundary_levels: 0,
     }
 }
 
@@ -74,15 +73,23 @@ pub(crate) fn assert_same_levels(one: &SurfacePartition, other: &SurfacePartitio
 }
 
 fn decoded(coded: &Coded, partition: &SurfacePartition, frame: &Frame) -> Result<SurfacePartition, Damaged> {
-    let runs: Vec<&[u8]> = coded.levels.iter().map(Vec::as_slice).collect();
-    decode(coded.base, &partition.levels, &runs, frame)
+    decode(coded.base, &runs(coded, partition), partition.levels.len(), frame)
+}
+
+fn runs<'a>(coded: &'a Coded, partition: &SurfacePartition) -> Vec<Run<'a>> {
+    let run = |(bytes, &level): (&'a Vec<u8>, &Level)| Run {
+        bytes,
+        is_cut: false,
+        level,
+    };
+    coded.levels.iter().zip(&partition.levels).map(run).collect()
 }
 
 #[test]
 fn every_level_of_a_height_field_comes_back() {
     let partition = hills(30);
     let frame = frame(&partition);
-    let coded = encode(&partition, &frame).unwrap();
+    let coded = encode(&partition, partition.levels.len(), &frame).unwrap();
     let decoded = decoded(&coded, &partition, &frame).unwrap();
     assert_same_levels(&partition, &decoded);
     partition::validate(&decoded).unwrap();
@@ -96,7 +103,7 @@ fn every_level_comes_back_without_the_plan_view_of_a_height_field() {
         is_height_field: false,
         ..frame(&partition)
     };
-    let coded = encode(&partition, &frame).unwrap();
+    let coded = encode(&partition, partition.levels.len(), &frame).unwrap();
     assert_same_levels(&partition, &decoded(&coded, &partition, &frame).unwrap());
 }
 
@@ -104,9 +111,8 @@ fn every_level_comes_back_without_the_plan_view_of_a_height_field() {
 fn a_prefix_of_the_levels_is_a_partition() {
     let partition = hills(20);
     let frame = frame(&partition);
-    let coded = encode(&partition, &frame).unwrap();
-    let runs: Vec<&[u8]> = coded.levels.iter().map(Vec::as_slice).collect();
-    let prefix = decode(coded.base, &partition.levels[..3], &runs[..3], &frame).unwrap();
+    let coded = encode(&partition, partition.levels.len(), &frame).unwrap();
+    let prefix = decode(coded.base, &runs(&coded, &partition)[..3], 99, &frame).unwrap();
     partition::validate(&prefix).unwrap();
     assert!(sorted(&prefix.lod(2)) == sorted(&partition.lod(2)));
 }
@@ -116,5 +122,31 @@ fn a_position_off_the_lattice_is_refused() {
     let mut partition = hills(10);
     let frame = frame(&partition);
     partition.positions[3].x += 0.5;
-    assert_eq!(encode(&partition, &frame), Err(EncodeError::OffLattice(3)));
+    assert_eq!(
+        encode(&partition, partition.levels.len(), &frame),
+        Err(EncodeError::OffLattice(3))
+    );
+}
+
+#[test]
+fn a_level_cut_anywhere_is_a_surface_of_the_splits_that_are_there() {
+    let partition = hills(20);
+    let frame = frame(&partition);
+    let coded = encode(&partition, partition.levels.len(), &frame).unwrap();
+    let whole = runs(&coded, &partition)[0];
+    let mut before = 0;
+    for length in 60..whole.bytes.len() {
+        let run = Run {
+            bytes: &whole.bytes[..length],
+            is_cut: true,
+            ..whole
+        };
+        let cut = decode(coded.base, &[run], 99, &frame).unwrap();
+        partition::validate(&cut).unwrap();
+        let surface = cut.lod(0);
+        terrain_core::mesh::validate(&surface).unwrap();
+        assert!((before..=whole.level.triangle_end as usize).contains(&surface.triangles.len()));
+        before = surface.triangles.len();
+    }
+    assert!(before > 9 * whole.level.triangle_end as usize / 10, "{before}");
 }

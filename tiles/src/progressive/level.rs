@@ -113,7 +113,10 @@ impl LevelCoder {
         let end = self.surface.vertices.len() + count;
         self.queue.clear();
         self.queue.extend(0..self.surface.vertices.len() as u32);
-        self.surface.vertices.iter_mut().for_each(|vertex| vertex.is_queued = true);
+        self.surface
+            .vertices
+            .iter_mut()
+            .for_each(|vertex| vertex.is_queued = true);
         let mut is_asked_again = false;
         while self.surface.vertices.len() < end {
             if coder.is_exhausted() {

@@ -92,7 +92,8 @@ impl SplitModel {
         let axes = if self.is_height_field { Axes::PLAN } else { turn(ring) };
         let centre = axes.ordered(red.position);
         let side = self.code_side(coder, ring, told.cuts.side);
-        let (mut place, height, fit) = self.code_plan(coder, ring, side, axes, (centre, red.fit), axes.ordered(told.blue));
+        let (mut place, height, fit) =
+            self.code_plan(coder, ring, side, axes, (centre, red.fit), axes.ordered(told.blue));
         let expected = red.roughness * OWN + ring.roughness / ring.spokes.len() as f64 * (1.0 - OWN);
         let model = &mut self.heights[usize::from(is_still)];
         let difference = model.code(coder, expected, NO_SIGN, axes.ordered(told.blue).z - height);
@@ -147,7 +148,12 @@ impl SplitModel {
             is_along,
             fit: x_fit,
             from: centre.y,
-            expected: if is_along { None } else { expected_ahead(ring, x - centre.x) }.unwrap_or(otherwise),
+            expected: if is_along {
+                None
+            } else {
+                expected_ahead(ring, x - centre.x)
+            }
+            .unwrap_or(otherwise),
         };
         let (y, _) = self.plan.code(coder, known, told.y);
         let blue = DVec3::new(x, y, centre.z);
