@@ -167,6 +167,8 @@ fn the_first_tenth_of_a_tile_draws_its_whole_square() {
     partition::validate(&tenth.partition).unwrap();
     let (fine, coarse) = (whole.surface(whole.finest()), tenth.surface(tenth.finest()));
     terrain_core::mesh::validate(&coarse).unwrap();
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v2_tenth.arrays");
+    assert!(arrays(&tenth) == std::fs::read(golden).unwrap(), "as the decoder in TypeScript has it");
     let square = f64::from(whole.extent_bits).exp2().powi(2);
     assert_eq!([plan_area(&fine), plan_area(&coarse)], [square; 2]);
     let relief = fine

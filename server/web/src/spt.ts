@@ -1,12 +1,13 @@
 // Decoder of the progressive terrain tile; docs/formats/spt.md is the definition.
 
 import { MAX_ZOOM, type Address } from "./address.ts";
-import { decodeLevels, LevelError, type Frame, type Levels } from "./progressive/levels.ts";
+import { decodeLevels, LevelError, type Frame, type Levels, type Run } from "./progressive/levels.ts";
 import type { Sampling } from "./progressive/split_decoder.ts";
 import type { Point } from "./progressive/surface.ts";
 
-const HEADER_BYTES = 72;
-const ENTRY_BYTES = 20;
+/** Bytes of the header before the numbers of any length, and of the samples behind them. */
+const [FIXED_BYTES, SAMPLING_BYTES] = [25, 32];
+const LONGEST_NUMBER = 6;
 const MAGIC = 0x4c545053; // "SPTL", little-endian
 const VERSION = 2;
 const SIDES = 4;
@@ -56,14 +57,19 @@ export function interiorLevels(tile: Tile): number {
 
 /** Decodes a whole tile; throws a {@link TileError} when a length, count, index or coordinate is out of range. */
 export function decodeTile(bytes: Uint8Array): Tile {
-  const header = readHeader(bytes);
-  const entries = readDirectory(bytes, header.levelCount);
-  const runs = entries.map((entry) => ({ ...entry, bytes: bytes.subarray(entry.start, entry.end) }));
-  try {
-    return tileOf(header, entries, decodeLevels(header.frame, runs));
-  } catch (error) {
-    throw error instanceof LevelError ? new TileError(error.message, { cause: error }) : error;
-  }
+  const { header, entries, start } = readHead(bytes);
+  const runs = runsOf(entries, bytes.subarray(start));
+  check(runs.length === entries.length && !runs.some(({ isCut }) => isCut), "the levels are cut off");
+  return tileOf(header, entries, runs);
+}
+
+/**
+ * Decodes as much of a tile as its first bytes tell, at least its base. A level that is cut has the splits that are whole and
+ * claims the error of the one before, infinity if it is the first; levels that are missing add nothing.
+ */
+export function decodeTilePrefix(bytes: Uint8Array): Tile {
+  const { header, entries, start } = readHead(bytes);
+  return tileOf(header, entries, runsOf(entries, bytes.subarray(start)));
 }
 
 interface Header {
@@ -75,90 +81,154 @@ interface Header {
 }
 
 interface Entry extends Level {
-  readonly start: number;
-  readonly end: number;
+  /** Bytes of its splits. */
+  readonly length: number;
+}
+
+/** Reads one number of any length after the other: seven bits a byte, the lowest first. */
+class Numbers {
+  constructor(
+    private readonly bytes: Uint8Array,
+    public at: number,
+  ) {}
+
+  /** A number below 2^32. */
+  next(): number {
+    const number = this.variable();
+    check(number < 2 ** 32, "a number is out of range");
+    return number;
+  }
+
+  /** A number of either sign: even ones are twice it, odd ones are for those below 0. */
+  signed(): number {
+    const number = this.variable();
+    return number % 2 === 0 ? number / 2 : -(number + 1) / 2;
+  }
+
+  private variable(): number {
+    let number = 0;
+    for (let place = 0; place < LONGEST_NUMBER; place++) {
+      const byte = this.bytes[this.at++];
+      if (byte === undefined) throw new TileError("the header is cut off");
+      number += (byte % 128) * 128 ** place;
+      if (byte < 128) return number;
+    }
+    throw new TileError("a number is out of range");
+  }
 }
 
 function check(condition: boolean, message: string): asserts condition {
   if (!condition) throw new TileError(message);
 }
 
-function readHeader(bytes: Uint8Array): Header {
-  check(bytes.length >= HEADER_BYTES, `${bytes.length} bytes are too few for a header`);
+function readHead(bytes: Uint8Array): { header: Header; entries: Entry[]; start: number } {
+  check(bytes.length >= FIXED_BYTES, `${bytes.length} bytes are too few for a header`);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   check(view.getUint32(0, true) === MAGIC, "the magic is not SPTL");
   check(view.getUint8(4) === VERSION, `version ${view.getUint8(4)} is not ${VERSION}`);
+  const numbers = new Numbers(bytes, FIXED_BYTES);
+  const header = readHeader(view, numbers);
+  return { header, entries: readDirectory(numbers, header.levelCount), start: numbers.at };
+}
+
+function readHeader(view: DataView, numbers: Numbers): Header {
   const address = { zoom: view.getUint8(5), x: view.getUint32(8, true), y: view.getUint32(12, true) };
   check(address.zoom <= MAX_ZOOM, `zoom ${address.zoom} is above ${MAX_ZOOM}`);
   check(address.x < 2 ** (address.zoom + 1) && address.y < 2 ** address.zoom, "the address is off the Earth");
   const extentBits = view.getUint8(6);
   check(extentBits <= LIMITS.extentBits, `an extent of 2^${extentBits} lattice units`);
-  const levelCount = view.getUint16(24, true);
+  const levelCount = numbers.next();
   check(levelCount > SIDES && levelCount <= LIMITS.levels, `${levelCount} levels`);
-  check(view.getUint32(28, true) === bytes.length, `${bytes.length} bytes, ${view.getUint32(28, true)} announced`);
-  const frame = readFrame(view, 2 ** extentBits);
+  const [lowest, highest] = [view.getInt32(16, true), view.getInt32(20, true)];
+  check(lowest <= highest, "the lowest height is above the highest");
+  const frame = {
+    low: [0, 0, lowest],
+    high: [2 ** extentBits, 2 ** extentBits, highest],
+    boundaryFrom: levelCount - SIDES,
+    baseVertices: numbers.next(),
+    baseTriangles: numbers.next(),
+    sampling: (view.getUint8(24) & SAMPLED) !== 0 ? readSampling(view, numbers) : undefined,
+  } as const;
   return { address, extentBits, heightStep: 2 ** view.getInt8(7), levelCount, frame };
 }
 
-function readFrame(view: DataView, extent: number): Frame {
-  const [lowest, highest] = [view.getInt32(16, true), view.getInt32(20, true)];
-  check(lowest <= highest, "the lowest height is above the highest");
-  return {
-    low: [0, 0, lowest],
-    high: [extent, extent, highest],
-    sampling: (view.getUint16(26, true) & SAMPLED) !== 0 ? readSampling(view) : undefined,
-    boundaryLevels: SIDES,
-    baseVertices: view.getUint32(32, true),
-    baseTriangles: view.getUint32(36, true),
-  };
-}
-
-function readSampling(view: DataView): Sampling {
-  const number = (at: number) => view.getFloat64(at, true);
-  const sampling = { origin: [number(40), number(48)], step: [number(56), number(64)] } as const;
+function readSampling(view: DataView, numbers: Numbers): Sampling {
+  const { at } = numbers;
+  numbers.at += SAMPLING_BYTES;
+  check(numbers.at <= view.byteLength, "the header is cut off");
+  const number = (index: number) => view.getFloat64(at + 8 * index, true);
+  const sampling = { origin: [number(0), number(1)], step: [number(2), number(3)] } as const;
   const isNear = sampling.origin.every((coordinate) => Math.abs(coordinate) <= GREATEST_DISTANCE);
   const isApart = sampling.step.every((step) => step >= LEAST_STEP && step <= GREATEST_DISTANCE);
   check(isNear && isApart, "the samples are out of range");
   return sampling;
 }
 
-function readDirectory(bytes: Uint8Array, levelCount: number): Entry[] {
-  const end = HEADER_BYTES + levelCount * ENTRY_BYTES;
-  check(end <= bytes.length, "the directory is cut off");
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+/** Each entry tells what is new since the one before; errors by their bits. */
+function readDirectory(numbers: Numbers, levelCount: number): Entry[] {
   const entries: Entry[] = [];
-  let previous: Entry = { start: end, end, vertexEnd: 0, triangleEnd: 0, error: Infinity };
+  let [vertexEnd, triangleEnd, bits, previous] = [0, 0, 0, Infinity];
   for (let index = 0; index < levelCount; index++) {
-    previous = readEntry(view, HEADER_BYTES + index * ENTRY_BYTES, previous, `level ${index}`);
-    entries.push(previous);
+    const name = `level ${index}`;
+    const length = numbers.next();
+    const vertices = numbers.next();
+    vertexEnd += vertices;
+    const triangles = 2 * vertices - numbers.signed();
+    triangleEnd += triangles;
+    bits += numbers.signed();
+    numbers.signed();
+    const error = new Float32Array(Uint32Array.of(bits).buffer)[0]!;
+    check(vertexEnd <= LIMITS.vertices, `${name}: bad vertex count`);
+    check(triangles >= 0 && triangleEnd <= LIMITS.triangles, `${name}: bad triangle count`);
+    check(bits >= 0 && bits < 2 ** 31 && error <= previous, `${name}: bad error ${error}`);
+    entries.push({ length, vertexEnd, triangleEnd, error });
+    previous = error;
   }
-  check(previous.end === bytes.length, "the levels do not fill the tile");
   return entries;
 }
 
-function readEntry(view: DataView, at: number, previous: Entry, name: string): Entry {
-  const entry = {
-    start: previous.end,
-    end: view.getUint32(at, true),
-    vertexEnd: view.getUint32(at + 4, true),
-    triangleEnd: view.getUint32(at + 8, true),
-    error: view.getFloat32(at + 12, true),
+/** The bytes of each level, of which the last that there are any of may be cut. */
+function runsOf(entries: readonly Entry[], bytes: Uint8Array): Run[] {
+  const runs: Run[] = [];
+  let start = 0;
+  for (const { length, vertexEnd, triangleEnd } of entries) {
+    const isCut = start + length > bytes.length;
+    if (isCut && start === bytes.length && runs.length > 0) return runs;
+    runs.push({ bytes: bytes.subarray(start, start + length), isCut, vertexEnd, triangleEnd });
+    if (isCut) return runs;
+    start += length;
+  }
+  check(start === bytes.length, "the levels do not fill the tile");
+  return runs;
+}
+
+/** Levels as far as they were decoded: one that is cut claims the error of the one before, those missing the same. */
+function levelsOf(entries: readonly Entry[], runs: readonly Run[], decoded: Levels): Level[] {
+  const whole = runs.filter(({ isCut }) => !isCut).length;
+  const last = {
+    vertexEnd: decoded.madeAt.length,
+    triangleEnd: decoded.corners.length / 3,
+    error: whole > 0 ? entries[whole - 1]!.error : Infinity,
   };
-  check(entry.end >= entry.start && entry.end <= view.byteLength, `${name} is cut off`);
-  check(entry.vertexEnd >= previous.vertexEnd && entry.vertexEnd <= LIMITS.vertices, `${name}: bad vertex count`);
-  const grows = entry.triangleEnd >= previous.triangleEnd && entry.triangleEnd <= LIMITS.triangles;
-  check(grows, `${name}: bad triangle count`);
-  check(entry.error >= 0 && entry.error <= previous.error, `${name}: bad error ${entry.error}`);
-  return entry;
+  return entries.map(({ vertexEnd, triangleEnd, error }, index) => (index < whole ? { vertexEnd, triangleEnd, error } : last));
+}
+
+function decodeRuns(frame: Frame, runs: readonly Run[]): Levels {
+  try {
+    return decodeLevels(frame, runs);
+  } catch (error) {
+    throw error instanceof LevelError ? new TileError(error.message, { cause: error }) : error;
+  }
 }
 
 /** The arrays of a tile; heights become metres. */
-function tileOf(header: Header, levels: readonly Level[], decoded: Levels): Tile {
+function tileOf(header: Header, entries: readonly Entry[], runs: readonly Run[]): Tile {
+  const decoded = decodeRuns(header.frame, runs);
   const flat = (points: readonly Point[]) => points.flatMap(([x, y, height]) => [x, y, height * header.heightStep]);
   return {
     address: header.address,
     extentBits: header.extentBits,
-    levels,
+    levels: levelsOf(entries, runs, decoded),
     positions: Float64Array.from([...flat(decoded.madeAt), ...flat(decoded.restored)]),
     representatives: Uint32Array.from(decoded.representatives),
     corners: Uint32Array.from(decoded.corners),

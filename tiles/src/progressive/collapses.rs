@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! from the last vertex to the first beyond level 0:    collapse it into its representative again
-//! as long as there is any:                             collapse edges whose stars do not touch, the flattest first
+//! as long as there is any:                             collapse edges whose stars do not touch, the flattest first,
+//!                                                      and those that change the outline after all others
 //! ```
 
 use glam::DVec3;
@@ -51,11 +52,14 @@ pub(super) struct NotASplit(pub(super) usize);
 pub(super) fn unravel(partition: &SurfacePartition, is_height_field: bool) -> Result<Collapses, NotASplit> {
     let mut unraveller = Unraveller::new(partition);
     unraveller.collapse_levels()?;
-    let flatness = Flatness {
-        positions: &partition.positions,
-        is_height_field,
-    };
-    while unraveller.collapse_flattest(&flatness) > 0 {}
+    for may_move_outline in [false, true] {
+        let flatness = Flatness {
+            positions: &partition.positions,
+            is_height_field,
+            may_move_outline,
+        };
+        while unraveller.collapse_flattest(&flatness) > 0 {}
+    }
     Ok(unraveller.finish())
 }
 

@@ -66,6 +66,8 @@ impl Neighbourhood {
 pub(super) struct Flatness<'a> {
     pub(super) positions: &'a [DVec3],
     pub(super) is_height_field: bool,
+    /// Whether the outline may change.
+    pub(super) may_move_outline: bool,
 }
 
 impl Flatness<'_> {
@@ -91,9 +93,17 @@ impl Flatness<'_> {
         let length = from.distance(to);
         let swept: f64 = around
             .along_boundary()
-            .map(|end| (at(end) - from).cross(to - from).length())
+            .map(|end| self.area((at(end) - from).cross(to - from)))
             .sum();
+        if swept > 0.0 && !self.may_move_outline {
+            return None;
+        }
         Some(volume + swept * length + LENGTH_SHARE * length * length * length)
+    }
+
+    /// In plan, for a height field.
+    fn area(&self, normal: DVec3) -> f64 {
+        if self.is_height_field { normal.z.abs() } else { normal.length() }
     }
 
     fn keeps_side(&self, before: DVec3, after: DVec3) -> bool {

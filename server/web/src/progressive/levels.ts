@@ -19,20 +19,22 @@ export interface Frame {
   readonly low: Point;
   readonly high: Point;
   readonly sampling: Sampling | undefined;
-  /** How many of the last levels split vertices of the boundary only. */
-  readonly boundaryLevels: number;
+  /** The first of the levels that split vertices of the boundary only. */
+  readonly boundaryFrom: number;
   readonly baseVertices: number;
   readonly baseTriangles: number;
 }
 
-/** One level: its bytes, and how many vertices and triangles there are by its end. */
+/** One level: its bytes as far as they are there, and how many vertices and triangles there are by its end. */
 export interface Run {
   readonly bytes: Uint8Array;
+  /** Whether there are more bytes, which are not there. */
+  readonly isCut: boolean;
   readonly vertexEnd: number;
   readonly triangleEnd: number;
 }
 
-/** All levels as one partition; see {@link Tile}. */
+/** All levels as one partition; see {@link Tile}. Of a level that is cut it has the splits that are whole. */
 export interface Levels {
   readonly madeAt: readonly Point[];
   readonly restored: readonly Point[];
@@ -45,15 +47,14 @@ export class LevelError extends Error {
   override readonly name = "LevelError";
 }
 
+/** Decodes levels, of which the last may be cut. */
 export function decodeLevels(frame: Frame, runs: readonly Run[]): Levels {
   let reader: LevelReader | undefined;
   runs.forEach((run, index) => {
-    const decoder = new RangeDecoder(run.bytes);
+    const decoder = new RangeDecoder(run.bytes, run.isCut);
     check(frame.baseVertices <= run.vertexEnd && frame.baseTriangles <= run.triangleEnd, "a base of more than level 0");
     reader ??= new LevelReader(frame, readBase(decoder, frame));
-    const isBoundary = index + frame.boundaryLevels >= runs.length;
-    reader.read(decoder, index === 0 ? Stage.Base : isBoundary ? Stage.Boundary : Stage.Level, run);
-    check(!decoder.isExhausted, `level ${index} ends early`);
+    reader.read(decoder, index === 0 ? Stage.Base : index >= frame.boundaryFrom ? Stage.Boundary : Stage.Level, run);
   });
   if (reader === undefined) throw new LevelError("no level");
   return reader.levels();
@@ -108,7 +109,7 @@ class LevelReader {
     this.madeAt = [...surface.positions];
     this.restored = [...surface.positions];
     this.representatives = surface.positions.map((_, vertex) => vertex);
-    this.splits = new SplitDecoder(frame.sampling, surface.positions.length);
+    this.splits = new SplitDecoder(frame.sampling, surface.positions);
   }
 
   levels(): Levels {
@@ -116,26 +117,28 @@ class LevelReader {
     return { madeAt, restored, representatives, corners: surface.origins };
   }
 
-  read(decoder: RangeDecoder, stage: Stage, { vertexEnd, triangleEnd }: Run): void {
+  read(decoder: RangeDecoder, stage: Stage, { vertexEnd, triangleEnd, isCut }: Run): void {
     check(vertexEnd >= this.madeAt.length, "a level has fewer vertices than its base");
     const count = this.madeAt.length;
     this.queue = this.madeAt.map((_, vertex) => vertex);
     this.isQueued = this.madeAt.map(() => true);
     for (let asked = 0; this.madeAt.length < vertexEnd; asked++) {
       const vertex = this.queue[asked];
-      check(vertex !== undefined, "too few vertices split");
-      this.isQueued[vertex] = false;
-      if (this.canSplit(stage, vertex)) this.ask(decoder, stage, vertex, asked >= count);
+      if (!decoder.isExhausted) check(vertex !== undefined, "too few vertices split");
+      const isDone = vertex === undefined || !this.ask(decoder, stage, vertex, asked >= count);
+      if (isDone && isCut) return;
+      check(!isDone, "the bytes of a level end early");
     }
     check(this.surface.origins.length === 3 * triangleEnd, "a level has another number of triangles");
   }
 
-  /** Reads whether a vertex splits, and how. */
-  private ask(decoder: RangeDecoder, stage: Stage, vertex: number, isAskedAgain: boolean): void {
+  /** Reads whether a vertex splits, and how; false where the bytes end. */
+  private ask(decoder: RangeDecoder, stage: Stage, vertex: number, isAskedAgain: boolean): boolean {
+    this.isQueued[vertex] = false;
+    if (!this.canSplit(stage, vertex)) return true;
     const context = 4 * stage + 2 * Number(this.surface.isClosed(vertex)) + Number(isAskedAgain);
     const valence = Math.min(this.surface.valence(vertex), VALENCES - 1);
-    if (decoder.bit(this.answers[context]![valence]!)) this.split(decoder, stage, vertex);
-    check(!decoder.isExhausted, "the bytes of a level end early");
+    return !decoder.bit(this.answers[context]![valence]!) || this.split(decoder, stage, vertex);
   }
 
   private canSplit(stage: Stage, vertex: number): boolean {
@@ -143,9 +146,10 @@ class LevelReader {
     return valence >= 2 && valence <= MAX_VALENCE && (stage !== Stage.Boundary || !this.surface.isClosed(vertex));
   }
 
-  private split(decoder: RangeDecoder, stage: Stage, vertex: number): void {
+  private split(decoder: RangeDecoder, stage: Stage, vertex: number): boolean {
     const ring = this.surface.walk(vertex);
     const split = this.splits.read(decoder, this.surface, vertex, ring, stage === Stage.Base);
+    if (decoder.isExhausted) return false;
     check(isInside(this.frame, split.blue) && isInside(this.frame, split.red), "a vertex is outside the tile");
     check(this.surface.split(vertex, ring, split.cuts, split.blue), "a star cannot be cut so");
     this.surface.positions[vertex] = split.red;
@@ -154,6 +158,7 @@ class LevelReader {
       if (this.isQueued[neighbour] !== true) this.queue.push(neighbour);
       this.isQueued[neighbour] = true;
     }
+    return true;
   }
 
   private note(stage: Stage, vertex: number, { blue, red }: Split): void {

@@ -13,7 +13,7 @@ export const NO_SIGN = 4;
 /** Statistics of one kind of number. */
 export class NumberModel {
   private readonly classes = Array.from({ length: SMALL_GUESSES }, () => probabilities(CLASSES));
-  private readonly mantissas = Array.from({ length: CLASSES }, () => probabilities(4));
+  private readonly mantissas = Array.from({ length: CLASSES }, () => probabilities(2));
   private readonly signs: Probability[] = probabilities(SIGNS);
 
   /** Reads a number that is expected to be as large as `guess`. */
@@ -24,7 +24,7 @@ export class NumberModel {
     const length = isEscape ? decoder.evenBits(LENGTH_BITS) : Math.max(kind + expected - BELOW, 0);
     if (length === 0) return 0;
     let magnitude = 1;
-    const learned = Math.min(length - 1, 2);
+    const learned = Math.min(length - 1, 1);
     for (let place = 0; place < learned; place++) {
       magnitude = 2 * magnitude + Number(decoder.bit(this.mantissas[kind]![magnitude]!));
     }

@@ -1,9 +1,11 @@
 // The adaptive binary range decoder under the levels of a tile; docs/formats/spm.md is the definition.
 
-const LEAST_RANGE = 2 ** 24;
+const WORD = 2 ** 16;
+const LEAST_RANGE = 2 ** 32;
 const EVEN_BITS = 16;
-const AHEAD = 4;
-const RATES = [1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 6];
+const AHEAD = 6;
+const LEAST = 32;
+const RATES = [1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 6];
 
 /** How likely a bit is 1, in 65,536ths, and how many answers that was learned from. */
 export interface Probability {
@@ -16,26 +18,29 @@ export function probabilities(count: number): Probability[] {
   return Array.from({ length: count }, () => ({ one: 32768, answers: 0 }));
 }
 
-/** Reads bits. */
+/** Reads bits. The range has 48 bits, so that its products with probabilities are exact. */
 export class RangeDecoder {
+  private readonly end: number;
   private next = 0;
   private code = 0;
-  private range = 2 ** 32 - 1;
+  private range = 2 ** 48 - 1;
 
-  constructor(private readonly bytes: Uint8Array) {
-    for (let count = 0; count < AHEAD; count++) this.shift();
+  /** Whatever follows the bytes is 0; unless they are cut, then it may not be read. */
+  constructor(private readonly bytes: Uint8Array, isCut: boolean) {
+    this.end = bytes.length + (isCut ? 0 : AHEAD);
+    for (let count = 0; count < AHEAD; count += 2) this.shift();
   }
 
   /** Whether more was read than there is. */
   get isExhausted(): boolean {
-    return this.next > this.bytes.length + AHEAD;
+    return this.next > this.end;
   }
 
   /** A bit whose probability is learned. */
   bit(probability: Probability): boolean {
-    const bit = this.decide(Math.floor(this.range / 65536) * Math.max(probability.one, 1));
-    const rate = RATES[probability.answers]!;
-    probability.one += bit ? (65535 - probability.one) >> rate : -(probability.one >> rate);
+    const bit = this.decide(Math.floor(this.range / WORD) * probability.one);
+    const target = bit ? WORD - LEAST : LEAST;
+    probability.one += (target - probability.one) >> RATES[probability.answers]!;
     probability.answers = Math.min(probability.answers + 1, RATES.length - 1);
     return bit;
   }
@@ -76,12 +81,14 @@ export class RangeDecoder {
 
   private narrow(): void {
     while (this.range < LEAST_RANGE) {
-      this.range *= 256;
+      this.range *= WORD;
       this.shift();
     }
   }
 
   private shift(): void {
-    this.code = (this.code * 256 + (this.bytes[this.next++] ?? 0)) % 2 ** 32;
+    const [high, low] = [this.bytes[this.next] ?? 0, this.bytes[this.next + 1] ?? 0];
+    this.code = this.code * WORD + high * 256 + low;
+    this.next += 2;
   }
 }

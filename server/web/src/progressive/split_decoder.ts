@@ -32,6 +32,10 @@ interface Expected {
   readonly sign: number;
 }
 
+/** Added and taken away again, it leaves the nearest whole number, the even one of two. */
+const HALVES_ARE_LOST = 1.5 * 2 ** 52;
+
+const nearest = (number: number): number => number + HALVES_ARE_LOST - HALVES_ARE_LOST;
 const trees = (...counts: number[]): Probability[][] => counts.map(probabilities);
 const cross = (a: Point, b: Point): number => a[0] * b[1] - a[1] * b[0];
 const minus = (a: Point, b: Point): Point => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -48,12 +52,12 @@ export class SplitDecoder {
   private readonly redHeights = [new NumberModel(), new NumberModel()] as const;
   private readonly ranks = [0, 1].map(() => Array.from({ length: RANKS }, () => probabilities(LEADS.length + 1)));
   private readonly roughness: number[];
+  /** How the first coordinate of each vertex lies to the samples. */
+  private readonly firstFits: number[];
 
-  constructor(
-    private readonly sampling: Sampling | undefined,
-    vertexCount: number,
-  ) {
-    this.roughness = new Array<number>(vertexCount).fill(0);
+  constructor(private readonly sampling: Sampling | undefined, base: readonly Point[]) {
+    this.roughness = base.map(() => 0);
+    this.firstFits = base.map(([x]) => this.fit(0, x));
   }
 
   read(decoder: RangeDecoder, surface: Surface, vertex: number, ring: Ring, isStill: boolean): Split {
@@ -61,9 +65,10 @@ export class SplitDecoder {
     const spokes = ring.vertices.map((neighbour) => minus(surface.positions[neighbour]!, centre));
     const side = ring.isClosed ? Side.Inner : (decoder.symbol(this.sides) as Side);
     const toward = side === Side.Front ? spokes.slice(0, 1) : side === Side.Back ? spokes.slice(-1) : spokes;
-    const [x, y] = this.readPlan(decoder, side, centre, toward);
+    const [x, y, fit] = this.readPlan(decoder, side, centre, this.firstFits[vertex]!, toward);
+    this.firstFits.push(fit);
     const place: Point = [x - centre[0], y - centre[1], 0];
-    const height = centre[2] + Math.floor(heightAt(spokes, toward, side, ring.isClosed, place) + 0.5);
+    const height = centre[2] + nearest(heightAt(spokes, toward, side, ring.isClosed, place));
     const guess = this.expectedDifference(vertex, ring);
     const difference = this.heights[isStill ? 1 : 0].read(decoder, guess, NO_SIGN);
     const blue: Point = [x, y, height + difference];
@@ -73,20 +78,23 @@ export class SplitDecoder {
     this.roughness.push(roughness);
     const change = roughness * RED_SHARE + Math.abs(difference) * RED_SHARE;
     const red = isStill ? centre : this.readRed(decoder, centre, blue, change, difference);
+    if (red[0] !== centre[0]) this.firstFits[vertex] = this.fit(0, red[0]);
     const ends = [minus(red, centre), minus(blue, centre)] as const;
     const cuts = this.readCuts(decoder, spokes, ring.isClosed, side, side === Side.Outer ? [ends[1], ends[0]] : ends);
     return { cuts, blue, red };
   }
 
-  private readPlan(decoder: RangeDecoder, side: Side, centre: Point, toward: readonly Point[]): [number, number] {
+  /** Reads the place in plan, and how its first coordinate lies to the samples. */
+  private readPlan(
+    decoder: RangeDecoder, side: Side, centre: Point, before: number, toward: readonly Point[],
+  ): [number, number, number] {
     const along = side === Side.Front || side === Side.Back ? 2 : 0;
-    const before = this.fit(0, centre[0]);
     const [x, fit] = this.readCoordinate(decoder, 0, along, before, centre[0], expected(toward.map((spoke) => spoke[0])));
     const ahead = x - centre[0];
     const onThatSide = toward.filter((spoke) => spoke[0] * ahead > 0);
     const hints = (onThatSide.length > 0 ? onThatSide : toward).map((spoke) => spoke[1]);
     const [y] = this.readCoordinate(decoder, 1, along, fit, centre[1], expected(hints));
-    return [x, y];
+    return [x, y, fit === SAME ? before : fit];
   }
 
   private readCoordinate(
@@ -96,7 +104,7 @@ export class SplitDecoder {
     if (fit === SAME) return [from, fit];
     if (fit === FREE || this.sampling === undefined) return [from + this.units[axis].read(decoder, distance, sign), fit];
     const parts = 2 ** (fit - 1);
-    const guess = (distance / this.sampling.step[axis]) * parts;
+    const guess = distance * (1 / this.sampling.step[axis]) * parts;
     const steps = this.steps[axis].read(decoder, guess, sign);
     return [this.coordinate(this.sampling, axis, parts, this.index(this.sampling, axis, parts, from) + steps), fit];
   }
@@ -112,11 +120,11 @@ export class SplitDecoder {
   }
 
   private index({ origin, step }: Sampling, axis: 0 | 1, parts: number, coordinate: number): number {
-    return Math.floor(((coordinate - origin[axis]) / step[axis]) * parts + 0.5);
+    return nearest((coordinate - origin[axis]) * (1 / step[axis]) * parts);
   }
 
   private coordinate({ origin, step }: Sampling, axis: 0 | 1, parts: number, index: number): number {
-    return Math.floor(origin[axis] + step[axis] * (index / parts) + 0.5);
+    return nearest(origin[axis] + step[axis] * (index / parts));
   }
 
   private expectedDifference(vertex: number, ring: Ring): number {
