@@ -73,7 +73,10 @@ fn samples_are_stored_and_shorten_a_tile_whose_vertices_they_are() {
     };
     let bytes = encode(&sampled).unwrap();
     assert_same(&decode(&bytes, &Limits::default()).unwrap(), &sampled);
-    assert!(bytes.len() - 32 < encode(&plain).unwrap().len(), "but for the four numbers that tell them");
+    assert!(
+        bytes.len() - 32 < encode(&plain).unwrap().len(),
+        "but for the four numbers that tell them"
+    );
 }
 
 #[test]
@@ -168,7 +171,10 @@ fn the_first_tenth_of_a_tile_draws_its_whole_square() {
     let (fine, coarse) = (whole.surface(whole.finest()), tenth.surface(tenth.finest()));
     terrain_core::mesh::validate(&coarse).unwrap();
     let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v2_tenth.arrays");
-    assert!(arrays(&tenth) == std::fs::read(golden).unwrap(), "as the decoder in TypeScript has it");
+    assert!(
+        arrays(&tenth) == std::fs::read(golden).unwrap(),
+        "as the decoder in TypeScript has it"
+    );
     let square = f64::from(whole.extent_bits).exp2().powi(2);
     assert_eq!([plan_area(&fine), plan_area(&coarse)], [square; 2]);
     let relief = fine

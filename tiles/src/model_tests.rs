@@ -113,7 +113,11 @@ fn a_closed_model_comes_back_from_few_bytes_and_closed_from_a_part_of_them() {
         .unwrap()
         .partition
         .lod(0);
-    assert_eq!(half.triangles.len(), 2 * half.positions.len(), "closed, with one hole through it");
+    assert_eq!(
+        half.triangles.len(),
+        2 * half.positions.len(),
+        "closed, with one hole through it"
+    );
     let edges = || half.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let all: std::collections::BTreeSet<[u32; 2]> = edges().collect();
     assert!(all.len() == edges().count() && edges().all(|[a, b]| all.contains(&[b, a])));

@@ -64,7 +64,7 @@ test("what contradicts the header or the directory is refused by name", () => {
     [19, 127, /lowest height/],
     [25, 4, /4 levels/],
     [28, 127, /fill|cut off/],
-    [29, 2, /base/],
+    [26, 100, /base/],
     [30, 100, /triangle count/],
     [35, 0x80, /error/],
   ];

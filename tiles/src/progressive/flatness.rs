@@ -103,7 +103,11 @@ impl Flatness<'_> {
 
     /// In plan, for a height field.
     fn area(&self, normal: DVec3) -> f64 {
-        if self.is_height_field { normal.z.abs() } else { normal.length() }
+        if self.is_height_field {
+            normal.z.abs()
+        } else {
+            normal.length()
+        }
     }
 
     fn keeps_side(&self, before: DVec3, after: DVec3) -> bool {
