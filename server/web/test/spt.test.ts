@@ -66,7 +66,7 @@ test("what contradicts the header or the directory is refused by name", () => {
     [28, 127, /fill|cut off/],
     [26, 100, /base/],
     [30, 100, /triangle count/],
-    [35, 0x80, /error/],
+    [31, 0x81, /error/],
   ];
   for (const [at, value, message] of cases) {
     const bytes = Uint8Array.from(SMALL);
