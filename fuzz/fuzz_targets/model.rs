@@ -3,14 +3,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use terrain_core::partition::validate;
-use terrain_tiles::codec::Limits;
+use terrain_fuzz::LIMITS;
 use terrain_tiles::model::decode;
-
-const LIMITS: Limits = Limits {
-    levels: 64,
-    vertices: 1 << 16,
-    triangles: 1 << 17,
-};
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(model) = decode(bytes, &LIMITS) {

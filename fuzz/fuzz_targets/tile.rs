@@ -3,13 +3,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use terrain_core::partition::validate;
-use terrain_tiles::codec::{Limits, decode};
-
-const LIMITS: Limits = Limits {
-    levels: 64,
-    vertices: 1 << 16,
-    triangles: 1 << 17,
-};
+use terrain_fuzz::LIMITS;
+use terrain_tiles::codec::decode;
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(tile) = decode(bytes, &LIMITS) {

@@ -2,6 +2,7 @@
 
     codec.py tiles ARCHIVE.pmtiles             the tiles of an archive
     codec.py mesh MESH.ply --cells N --step S  one mesh of `terrain-ingest tin` with N cells a degree, heights in steps of S metres
+    codec.py model MODEL.spm                   a file of `terrain-ingest mesh`, with all levels, beside its finest mesh alone
     codec.py raster DEM.tif 5 10 20 50         a mesh at each error, bounded at samples, beside LERC_ZSTD of the raster
 """
 
@@ -35,6 +36,9 @@ def main() -> None:
     mesh.add_argument("--cells", type=float, required=True)
     mesh.add_argument("--step", type=float, required=True)
     mesh.set_defaults(run=lambda options: print_mesh(options.mesh, options.cells, options.step))
+    model = commands.add_parser("model")
+    model.add_argument("model", type=Path)
+    model.set_defaults(run=lambda options: print_model(options.model))
     raster = commands.add_parser("raster")
     raster.add_argument("dem", type=Path)
     raster.add_argument("errors", type=float, nargs="+")
@@ -119,6 +123,29 @@ def print_mesh(path: Path, cells: float, step: float) -> None:
     print_head()
     print_row(path.name, len(triangles), result["bytes"], [(positions, triangles)])
     print(f"\ndecoded {result['triangles_a_second'] / 1e6:.2f} million triangles a second")
+
+
+def finest(model: Path) -> tuple[numpy.ndarray, numpy.ndarray]:
+    """The finest mesh of a `.spm` file on the file's lattice, whose origin and step are 48 bytes from byte 6 on."""
+    origin, step = numpy.frombuffer(model.read_bytes(), dtype="<f8", offset=6, count=6).reshape(2, 3)
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / "finest.ply"
+        subprocess.run([INGEST, "mesh", model, "--lod", "0", "-o", whole], check=True, capture_output=True)
+        ply = PlyData.read(whole, known_list_len={"face": {"vertex_indices": 3}})
+    positions = numpy.column_stack([numpy.asarray(ply["vertex"][axis]) for axis in "xyz"])
+    lattice = numpy.rint((positions - origin) / step).astype(numpy.int64)
+    if not numpy.allclose(origin + lattice * step, positions, rtol=0, atol=step.min() / 100):
+        raise SystemExit(f"{model}: its finest mesh is not on its lattice; use a terrain-ingest that writes doubles")
+    return lattice, numpy.asarray(ply["face"]["vertex_indices"])
+
+
+def print_model(model: Path) -> None:
+    positions, triangles = finest(model)
+    sizes = [model.stat().st_size, draco(positions, triangles)]
+    print("| model | triangles | ours, all levels | Draco, finest only |")
+    print("| --- | ---: | ---: | ---: |")
+    cells = " | ".join(f"{size:,} ({size / len(triangles):.2f})" for size in sizes)
+    print(f"| {model.name} | {len(triangles):,} | {cells} |")
 
 
 def print_raster(dem: Path, errors: list[float]) -> None:

@@ -5,6 +5,8 @@
 pub mod address;
 pub mod archive;
 pub mod codec;
+#[cfg(test)]
+mod damage;
 pub mod ellipsoid;
 mod fields;
 pub mod layer_json;

@@ -138,6 +138,20 @@ fn damaged_bytes_give_a_model_or_an_error_and_no_panic() {
 }
 
 #[test]
+fn damaged_seeds_of_the_fuzz_target_give_a_model_or_an_error_and_no_panic() {
+    let seeds = crate::damage::seeds("model");
+    assert!(!seeds.is_empty(), "the corpus has a model");
+    for seed in seeds {
+        let accepted = crate::damage::accepted(&seed, |bytes| {
+            let model = decode(bytes, &Limits::default()).ok()?;
+            partition::validate(&model.partition).unwrap();
+            Some(())
+        });
+        assert!(accepted < 700, "{accepted} of 1000 damaged models were accepted");
+    }
+}
+
+#[test]
 fn counts_above_the_limits_are_refused_before_any_is_made() {
     let bytes = encode(&model()).unwrap();
     let limits = |vertices, triangles, levels| Limits {

@@ -1,0 +1,10 @@
+//! What the fuzz targets have in common.
+
+use terrain_tiles::codec::Limits;
+
+/// Low enough that a made-up count never costs the fuzzer much memory or time, and above what the seeds in `corpus` need.
+pub const LIMITS: Limits = Limits {
+    levels: 64,
+    vertices: 1 << 16,
+    triangles: 1 << 17,
+};
