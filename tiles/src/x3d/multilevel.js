@@ -214,7 +214,7 @@ function announceLevel() {
 /** Draws the level that was asked for last, or the nearest there is so far. */
 function draw() {
   if (mesh.levelCount === 0) return;
-  const level = Math.fround(Math.min(Math.max(requestedLevel, 0), mesh.levelCount - 1));
+  const level = Math.min(Math.max(requestedLevel, 0), mesh.levelCount - 1);
   const finer = Math.floor(level);
   ifs.coord.point = toPoints(drawnPositions(mesh, finer, level - finer));
   ifs.coordIndex = toCoordIndex(drawnCorners(mesh, finer));
