@@ -48,6 +48,19 @@ fn a_flat_sea_is_as_wrong_as_the_earth_is_round() {
 }
 
 #[test]
+fn an_edge_bends_inside_its_stretches_too() {
+    let grid = raster(4, vec![0.0; 8]);
+    let found = error(&grid, &sheet(&grid, [0.0; 4]), Bound::Surface);
+    // The diagonal is cut into three stretches; its summit is in the middle of the second, and no sample is on it.
+    let diagonal_squared = 3_339.6_f64.powi(2) + 1_106.6_f64.powi(2);
+    let expected = diagonal_squared / (8.0 * 6_357_000.0) + curvature_in_a_cell(&grid);
+    assert!(
+        (found / expected - 1.0).abs() < 0.02,
+        "{found} m, expected {expected} m"
+    );
+}
+
+#[test]
 fn a_saddle_is_seen_between_its_samples() {
     let grid = raster(2, vec![0.0, 40.0, 40.0, 0.0]);
     let mesh = sheet(&grid, [40.0, 0.0, 40.0, 0.0]);
