@@ -6,6 +6,7 @@ pub mod address;
 pub mod archive;
 pub mod codec;
 #[cfg(test)]
+#[path = "damage_tests.rs"]
 mod damage;
 pub mod ellipsoid;
 mod fields;

@@ -29,15 +29,7 @@ pub(super) struct Lattice {
 
 /// Reads the levels of a file and their errors.
 pub(super) fn read(path: &Path) -> Result<LeveledModel, ModelError> {
-    let model = model::decode(&fs::read(path)?, &Limits::default())?;
-    Ok(LeveledModel {
-        partition: model.in_units(),
-        columns: Vec::new(),
-        lattice: Some(Lattice {
-            origin: model.origin,
-            step: model.step,
-        }),
-    })
+    Ok(in_units(&model::decode(&fs::read(path)?, &Limits::default())?))
 }
 
 /// Rounds positions to a lattice that is fine enough for `error`, if one is to be kept, and drops the columns, which a file
@@ -48,14 +40,19 @@ pub(super) fn read(path: &Path) -> Result<LeveledModel, ModelError> {
 pub(super) fn rounded(leveled: &LeveledModel, error: Option<f64>) -> Result<LeveledModel, ModelError> {
     let (low, high) = leveled.bounds();
     let model = Model::quantised(&leveled.partition, bits_for((high - low).max_element(), error))?;
-    Ok(LeveledModel {
+    Ok(in_units(&model))
+}
+
+/// A model in its own units, which knows its lattice.
+fn in_units(model: &Model) -> LeveledModel {
+    LeveledModel {
         partition: model.in_units(),
         columns: Vec::new(),
         lattice: Some(Lattice {
             origin: model.origin,
             step: model.step,
         }),
-    })
+    }
 }
 
 /// The fewest bits with which no position is moved by more than its share of `error`.
