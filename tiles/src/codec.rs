@@ -10,41 +10,25 @@
 use glam::DVec3;
 use integer_encoding::VarInt;
 use terrain_core::SurfacePartition;
-use terrain_core::partition::{self, PartitionError};
+use terrain_core::partition;
 use thiserror::Error;
 
 use crate::address::{Side, TileAddress};
-use crate::fields::{self, Directory, Entry, FieldError, Fields};
-use crate::progressive::{self, BaseSize, Damaged, Frame, Run, Sampling};
+use crate::fields::{self, Directory, Entry, Fields, Format};
+use crate::progressive::{self, BaseSize, Frame, Run, Sampling};
 use crate::tile::Tile;
 
-const MAGIC: &[u8; 4] = b"SPTL";
-const VERSION: u8 = 2;
+pub use crate::fields::{DecodeError, Limits};
+
+const FORMAT: Format = Format {
+    name: "progressive terrain tile",
+    magic: *b"SPTL",
+    version: 2,
+};
 /// Lattice coordinates must stay exact integers in an `f64`.
 const MAX_EXTENT_BITS: u8 = 40;
 /// The flag of a tile whose samples are told.
 const SAMPLED: u8 = 1;
-
-/// What a decoder accepts from bytes that it did not make.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Levels of a tile.
-    pub levels: usize,
-    /// Vertices of a tile.
-    pub vertices: usize,
-    /// Triangles of a tile.
-    pub triangles: usize,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            levels: 1024,
-            vertices: 1 << 24,
-            triangles: 1 << 25,
-        }
-    }
-}
 
 /// Why a tile cannot be written.
 #[derive(Debug, Error, PartialEq)]
@@ -61,32 +45,6 @@ pub enum EncodeError {
     /// A level of more bytes than its field tells.
     #[error("a level is larger than 4 GiB")]
     TooLarge,
-}
-
-/// Why bytes are no tile.
-#[derive(Debug, Error, PartialEq)]
-pub enum DecodeError {
-    /// The magic is another's.
-    #[error("not a progressive terrain tile")]
-    NotATile,
-    /// Made by a newer program.
-    #[error("tile format version {0}; this program reads version {VERSION}")]
-    Version(u8),
-    /// Bytes are missing: there are so many.
-    #[error("truncated at byte {0}")]
-    Truncated(usize),
-    /// A field holds what it cannot.
-    #[error("{0} is out of range")]
-    OutOfRange(&'static str),
-    /// A level's bytes make no surface.
-    #[error(transparent)]
-    Damaged(#[from] Damaged),
-    /// A number exceeds the reader's [`Limits`].
-    #[error("{0} exceeds this reader's limit")]
-    Limit(&'static str),
-    /// The arrays do not make a Surface Partition.
-    #[error(transparent)]
-    Partition(#[from] PartitionError),
 }
 
 /// Writes a tile.
@@ -130,11 +88,7 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, EncodeError> {
 /// When the bytes are not a tile of this version, or exceed `limits`.
 pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
     let (header, entries, rest) = read_head(bytes, limits)?;
-    let runs = runs(&entries, rest)?;
-    if runs.len() < entries.len() || runs.iter().any(|run| run.is_cut) {
-        return Err(DecodeError::Truncated(bytes.len()));
-    }
-    tile(&header, &entries, &runs)
+    tile(&header, &entries, &fields::whole_runs(&entries, &rest)?)
 }
 
 /// Reads as much of a tile as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
@@ -146,33 +100,15 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
 /// When the bytes are not the beginning of a tile of this version, or exceed `limits`.
 pub fn decode_prefix(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
     let (header, entries, rest) = read_head(bytes, limits)?;
-    tile(&header, &entries, &runs(&entries, rest)?)
+    tile(&header, &entries, &fields::runs(&entries, &rest)?)
 }
 
 /// All that stands before the levels, and what follows.
-fn read_head<'a>(bytes: &'a [u8], limits: &Limits) -> Result<(Header, Vec<Entry>, &'a [u8]), DecodeError> {
-    let refused = |error: FieldError| match error {
-        FieldError::Truncated => DecodeError::Truncated(bytes.len()),
-        FieldError::OutOfRange(name) => DecodeError::OutOfRange(name),
-        FieldError::Limit(name) => DecodeError::Limit(name),
-    };
-    let mut fields = Fields { rest: bytes };
-    let magic: [u8; 5] = fields.bytes().map_err(refused)?;
-    if &magic[..4] != MAGIC {
-        return Err(DecodeError::NotATile);
-    }
-    if magic[4] != VERSION {
-        return Err(DecodeError::Version(magic[4]));
-    }
-    let header = Header::read(&mut fields, limits).map_err(refused)?;
-    let mut directory = Directory::new(true);
-    let entries = (0..header.levels).map(|_| directory.read(&mut fields, limits));
-    let entries = entries.collect::<Result<_, _>>().map_err(refused)?;
-    Ok((header, entries, fields.rest))
-}
-
-fn runs<'a>(entries: &[Entry], bytes: &'a [u8]) -> Result<Vec<Run<'a>>, DecodeError> {
-    fields::runs(entries, bytes).ok_or(DecodeError::OutOfRange("the length of the tile"))
+fn read_head<'a>(bytes: &'a [u8], limits: &Limits) -> Result<(Header, Vec<Entry>, Fields<'a>), DecodeError> {
+    let mut fields = Fields::open(bytes, &FORMAT)?;
+    let header = Header::read(&mut fields, limits)?;
+    let entries = Directory::new(true).read_all(&mut fields, header.levels, limits)?;
+    Ok((header, entries, fields))
 }
 
 fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, DecodeError> {
@@ -234,21 +170,19 @@ struct Header {
 
 impl Header {
     /// All but the magic and the version.
-    fn read(fields: &mut Fields, limits: &Limits) -> Result<Self, FieldError> {
+    fn read(fields: &mut Fields, limits: &Limits) -> Result<Self, DecodeError> {
         let [zoom, extent_bits, height_exponent] = fields.bytes()?;
         let [x, y, lowest, highest] = [(); 4].map(|()| fields.bytes());
         let [x, y] = [u32::from_le_bytes(x?), u32::from_le_bytes(y?)];
         let heights = [i32::from_le_bytes(lowest?), i32::from_le_bytes(highest?)];
         let [flags] = fields.bytes()?;
         let levels = fields.number()? as usize;
-        if levels > limits.levels {
-            return Err(FieldError::Limit("the number of levels"));
-        }
+        limits.check_levels(levels)?;
         if levels <= Side::ALL.len() {
-            return Err(FieldError::OutOfRange("the number of levels"));
+            return Err(DecodeError::OutOfRange("the number of levels"));
         }
         if extent_bits > MAX_EXTENT_BITS {
-            return Err(FieldError::OutOfRange("the lattice extent"));
+            return Err(DecodeError::OutOfRange("the lattice extent"));
         }
         let base = BaseSize {
             vertices: fields.number()?,
@@ -260,10 +194,10 @@ impl Header {
             Sampling::read(fields, flags & SAMPLED != 0)?,
         );
         if !frame.is_valid() {
-            return Err(FieldError::OutOfRange("the lattice"));
+            return Err(DecodeError::OutOfRange("the lattice"));
         }
         Ok(Self {
-            address: TileAddress::new(zoom, x, y).ok_or(FieldError::OutOfRange("the tile address"))?,
+            address: TileAddress::new(zoom, x, y).ok_or(DecodeError::OutOfRange("the tile address"))?,
             extent_bits,
             height_exponent: height_exponent.cast_signed(),
             levels,
@@ -274,9 +208,9 @@ impl Header {
 }
 
 fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], base: BaseSize) {
-    bytes.extend(MAGIC);
+    bytes.extend(FORMAT.magic);
     bytes.extend([
-        VERSION,
+        FORMAT.version,
         tile.address.zoom,
         tile.extent_bits,
         tile.height_exponent.cast_unsigned(),

@@ -4,39 +4,128 @@
 use std::num::TryFromIntError;
 
 use integer_encoding::VarInt;
-use terrain_core::partition::Level;
+use terrain_core::partition::{Level, PartitionError};
+use thiserror::Error;
 
-use crate::codec::Limits;
-use crate::progressive::{Run, Sampling};
+use crate::progressive::{Damaged, Run, Sampling};
 
 /// Bytes of the longest number.
 const LONGEST: usize = 6;
 
-/// Why the fields of a header cannot be read.
+/// What a decoder accepts from bytes that it did not make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FieldError {
-    /// The bytes end within them.
-    Truncated,
+pub struct Limits {
+    /// Levels of a tile.
+    pub levels: usize,
+    /// Vertices of a tile.
+    pub vertices: usize,
+    /// Triangles of a tile.
+    pub triangles: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            levels: 1024,
+            vertices: 1 << 24,
+            triangles: 1 << 25,
+        }
+    }
+}
+
+impl Limits {
+    pub(crate) fn check_levels(&self, levels: usize) -> Result<(), DecodeError> {
+        if levels > self.levels {
+            return Err(DecodeError::Limit("the number of levels"));
+        }
+        Ok(())
+    }
+}
+
+/// Why bytes are no tile and no mesh file.
+#[derive(Debug, Error, PartialEq)]
+pub enum DecodeError {
+    /// The magic is another's: what it was taken for.
+    #[error("not a {0}")]
+    Magic(&'static str),
+    /// Made by a newer program.
+    #[error("{name} of version {found}; this program reads version {read}")]
+    Version {
+        /// What was read.
+        name: &'static str,
+        /// Its version.
+        found: u8,
+        /// The one that can be read.
+        read: u8,
+    },
+    /// Bytes are missing: there are so many.
+    #[error("truncated at byte {0}")]
+    Truncated(usize),
     /// A field holds what it cannot.
+    #[error("{0} is out of range")]
     OutOfRange(&'static str),
     /// A number exceeds the reader's [`Limits`].
+    #[error("{0} exceeds this reader's limit")]
     Limit(&'static str),
+    /// A level's bytes make no surface.
+    #[error(transparent)]
+    Damaged(#[from] Damaged),
+    /// The arrays do not make a Surface Partition.
+    #[error(transparent)]
+    Partition(#[from] PartitionError),
+}
+
+/// How the bytes of a format begin.
+pub(crate) struct Format {
+    pub(crate) name: &'static str,
+    pub(crate) magic: [u8; 4],
+    pub(crate) version: u8,
 }
 
 /// Reads one field after the other.
 pub(crate) struct Fields<'a> {
     /// What was not read yet.
-    pub(crate) rest: &'a [u8],
+    rest: &'a [u8],
+    /// How many bytes there were.
+    length: usize,
 }
 
-impl Fields<'_> {
-    pub(crate) fn bytes<const COUNT: usize>(&mut self) -> Result<[u8; COUNT], FieldError> {
-        let (bytes, rest) = self.rest.split_first_chunk().ok_or(FieldError::Truncated)?;
+impl<'a> Fields<'a> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            rest: bytes,
+            length: bytes.len(),
+        }
+    }
+
+    /// The fields after magic and version.
+    pub(crate) fn open(bytes: &'a [u8], format: &Format) -> Result<Self, DecodeError> {
+        let mut fields = Self::new(bytes);
+        if fields.bytes()? != format.magic {
+            return Err(DecodeError::Magic(format.name));
+        }
+        let [version] = fields.bytes()?;
+        if version != format.version {
+            return Err(DecodeError::Version {
+                name: format.name,
+                found: version,
+                read: format.version,
+            });
+        }
+        Ok(fields)
+    }
+
+    fn truncated(&self) -> DecodeError {
+        DecodeError::Truncated(self.length)
+    }
+
+    pub(crate) fn bytes<const COUNT: usize>(&mut self) -> Result<[u8; COUNT], DecodeError> {
+        let (bytes, rest) = self.rest.split_first_chunk().ok_or_else(|| self.truncated())?;
         self.rest = rest;
         Ok(*bytes)
     }
 
-    pub(crate) fn doubles<const COUNT: usize>(&mut self) -> Result<[f64; COUNT], FieldError> {
+    pub(crate) fn doubles<const COUNT: usize>(&mut self) -> Result<[f64; COUNT], DecodeError> {
         let mut doubles = [0.0; COUNT];
         for double in &mut doubles {
             *double = f64::from_le_bytes(self.bytes()?);
@@ -45,21 +134,21 @@ impl Fields<'_> {
     }
 
     /// A number below 2^32.
-    pub(crate) fn number(&mut self) -> Result<u32, FieldError> {
+    pub(crate) fn number(&mut self) -> Result<u32, DecodeError> {
         let number: u64 = self.variable()?;
-        u32::try_from(number).map_err(|_| FieldError::OutOfRange("a number"))
+        u32::try_from(number).map_err(|_| DecodeError::OutOfRange("a number"))
     }
 
     /// A number between −2^41 and 2^41.
-    fn signed_number(&mut self) -> Result<i64, FieldError> {
+    fn signed_number(&mut self) -> Result<i64, DecodeError> {
         self.variable()
     }
 
-    fn variable<N: VarInt>(&mut self) -> Result<N, FieldError> {
-        let (number, length) = N::decode_var(self.rest).ok_or(FieldError::Truncated)?;
+    fn variable<N: VarInt>(&mut self) -> Result<N, DecodeError> {
+        let (number, length) = N::decode_var(self.rest).ok_or_else(|| self.truncated())?;
         self.rest = &self.rest[length..];
         if length > LONGEST {
-            return Err(FieldError::OutOfRange("a number"));
+            return Err(DecodeError::OutOfRange("a number"));
         }
         Ok(number)
     }
@@ -72,7 +161,7 @@ impl Sampling {
     }
 
     /// Reads where samples lie, if it is told.
-    pub(crate) fn read(fields: &mut Fields, is_told: bool) -> Result<Option<Self>, FieldError> {
+    pub(crate) fn read(fields: &mut Fields, is_told: bool) -> Result<Option<Self>, DecodeError> {
         if !is_told {
             return Ok(None);
         }
@@ -137,22 +226,30 @@ impl Directory {
         Ok(())
     }
 
-    pub(crate) fn read(&mut self, fields: &mut Fields, limits: &Limits) -> Result<Entry, FieldError> {
+    /// Reads all entries.
+    pub(crate) fn read_all(
+        mut self,
+        fields: &mut Fields,
+        count: usize,
+        limits: &Limits,
+    ) -> Result<Vec<Entry>, DecodeError> {
+        (0..count).map(|_| self.read(fields, limits)).collect()
+    }
+
+    fn read(&mut self, fields: &mut Fields, limits: &Limits) -> Result<Entry, DecodeError> {
         let length = fields.number()? as usize;
         let vertices = i64::from(fields.number()?);
         self.vertices += vertices;
         self.triangles += 2 * vertices - fields.signed_number()?;
-        let out_of_range = FieldError::OutOfRange("the number of vertices or triangles");
-        let [vertex_end, triangle_end] = [self.vertices, self.triangles].map(u32::try_from);
-        let [vertex_end, triangle_end] = [
-            vertex_end.map_err(|_| out_of_range)?,
-            triangle_end.map_err(|_| out_of_range)?,
-        ];
+        let end = |count: i64| {
+            u32::try_from(count).map_err(|_| DecodeError::OutOfRange("the number of vertices or triangles"))
+        };
+        let [vertex_end, triangle_end] = [end(self.vertices)?, end(self.triangles)?];
         if vertex_end as usize > limits.vertices {
-            return Err(FieldError::Limit("the number of vertices"));
+            return Err(DecodeError::Limit("the number of vertices"));
         }
         if triangle_end as usize > limits.triangles {
-            return Err(FieldError::Limit("the number of triangles"));
+            return Err(DecodeError::Limit("the number of triangles"));
         }
         self.error = changed(self.error, fields.signed_number()?)?;
         if self.has_outline_errors {
@@ -170,8 +267,18 @@ impl Directory {
     }
 }
 
-/// The bytes of each level, of which the last that there are any of may be cut. None where there are more bytes than levels take.
-pub(crate) fn runs<'a>(entries: &[Entry], mut bytes: &'a [u8]) -> Option<Vec<Run<'a>>> {
+/// The bytes of each level that follow the directory.
+pub(crate) fn whole_runs<'a>(entries: &[Entry], fields: &Fields<'a>) -> Result<Vec<Run<'a>>, DecodeError> {
+    let runs = runs(entries, fields)?;
+    if runs.len() < entries.len() || runs.iter().any(|run| run.is_cut) {
+        return Err(fields.truncated());
+    }
+    Ok(runs)
+}
+
+/// The bytes of each level, of which the last that there are any of may be cut.
+pub(crate) fn runs<'a>(entries: &[Entry], fields: &Fields<'a>) -> Result<Vec<Run<'a>>, DecodeError> {
+    let mut bytes = fields.rest;
     let mut runs: Vec<Run> = Vec::with_capacity(entries.len());
     for entry in entries {
         let (run, rest) = bytes.split_at_checked(entry.length).unwrap_or((bytes, &[]));
@@ -189,18 +296,18 @@ pub(crate) fn runs<'a>(entries: &[Entry], mut bytes: &'a [u8]) -> Option<Vec<Run
             break;
         }
     }
-    bytes.is_empty().then_some(runs)
+    if bytes.is_empty() {
+        Ok(runs)
+    } else {
+        Err(DecodeError::OutOfRange("the number of bytes after the last level"))
+    }
 }
 
 /// The bits of an error that differ by `change` from those of the one before.
-fn changed(bits: u32, change: i64) -> Result<u32, FieldError> {
-    let out_of_range = FieldError::OutOfRange("an error");
-    let bits = u32::try_from(i64::from(bits) + change).map_err(|_| out_of_range)?;
-    if f32::from_bits(bits) >= 0.0 {
-        Ok(bits)
-    } else {
-        Err(out_of_range)
-    }
+fn changed(bits: u32, change: i64) -> Result<u32, DecodeError> {
+    let bits = u32::try_from(i64::from(bits) + change).ok();
+    bits.filter(|&bits| f32::from_bits(bits) >= 0.0)
+        .ok_or(DecodeError::OutOfRange("an error"))
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ fn entries_come_back_and_take_a_byte_for_what_does_not_change() {
         bytes.len()
     });
     assert_eq!(ends[1] - ends[0], 5, "nothing is new in the second");
-    let mut fields = Fields { rest: &bytes };
+    let mut fields = Fields::new(&bytes);
     for entry in &entries {
         assert_eq!(reader.read(&mut fields, &Limits::default()).unwrap(), *entry);
     }
@@ -37,15 +37,32 @@ fn entries_come_back_and_take_a_byte_for_what_does_not_change() {
 
 #[test]
 fn numbers_that_none_can_be_are_refused() {
-    let number = |bytes: &[u8]| Fields { rest: bytes }.number();
+    let number = |bytes: &[u8]| Fields::new(bytes).number();
     assert_eq!(number(&[0xac, 0x02]), Ok(300));
     assert_eq!(number(&[0xff, 0xff, 0xff, 0xff, 0x0f]), Ok(u32::MAX));
     assert_eq!(
         number(&[0x80, 0x80, 0x80, 0x80, 0x10]),
-        Err(FieldError::OutOfRange("a number"))
+        Err(DecodeError::OutOfRange("a number"))
     );
-    assert_eq!(number(&[0x80; 3]), Err(FieldError::Truncated));
+    assert_eq!(number(&[0x80; 3]), Err(DecodeError::Truncated(3)));
     let negative_error = [0, 0, 0, 0x01];
-    let refused = Directory::new(false).read(&mut Fields { rest: &negative_error }, &Limits::default());
-    assert_eq!(refused, Err(FieldError::OutOfRange("an error")));
+    let refused = Directory::new(false).read(&mut Fields::new(&negative_error), &Limits::default());
+    assert_eq!(refused, Err(DecodeError::OutOfRange("an error")));
+}
+
+#[test]
+fn another_format_and_another_version_are_told_by_name() {
+    let format = Format {
+        name: "raster of bricks",
+        magic: *b"BRIC",
+        version: 3,
+    };
+    let refused = |bytes: &[u8]| Fields::open(bytes, &format).err().map(|error| error.to_string());
+    assert_eq!(refused(b"BRIC\x03"), None);
+    assert_eq!(refused(b"BRIK\x03").unwrap(), "not a raster of bricks");
+    assert_eq!(
+        refused(b"BRIC\x04").unwrap(),
+        "raster of bricks of version 4; this program reads version 3"
+    );
+    assert_eq!(refused(b"BRIC").unwrap(), "truncated at byte 4");
 }

@@ -10,15 +10,20 @@
 use glam::DVec3;
 use integer_encoding::VarInt;
 use terrain_core::SurfacePartition;
-use terrain_core::partition::{self, PartitionError};
+use terrain_core::partition;
 use thiserror::Error;
 
-use crate::codec::{Limits, rounded_up};
-use crate::fields::{self, Directory, Entry, FieldError, Fields};
-use crate::progressive::{self, BaseSize, Damaged, Frame, Run, Sampling};
+use crate::codec::rounded_up;
+use crate::fields::{self, Directory, Entry, Fields, Format};
+use crate::progressive::{self, BaseSize, Frame, Run, Sampling};
 
-const MAGIC: &[u8; 4] = b"SPMF";
-const VERSION: u8 = 1;
+pub use crate::fields::{DecodeError, Limits};
+
+const FORMAT: Format = Format {
+    name: "progressive mesh file",
+    magic: *b"SPMF",
+    version: 1,
+};
 const HEIGHT_FIELD: u8 = 1;
 const SAMPLED: u8 = 2;
 /// Lattice units along each axis of a model are at most this.
@@ -51,32 +56,6 @@ pub enum EncodeError {
     /// A level of more bytes than its field tells.
     #[error("a level is larger than 4 GiB")]
     TooLarge,
-}
-
-/// Why bytes are no model.
-#[derive(Debug, Error, PartialEq)]
-pub enum DecodeError {
-    /// The magic is another's.
-    #[error("not a progressive mesh file")]
-    NotAModel,
-    /// Made by a newer program.
-    #[error("mesh file version {0}; this program reads version {VERSION}")]
-    Version(u8),
-    /// Bytes are missing.
-    #[error("truncated at byte {0}")]
-    Truncated(usize),
-    /// A field holds what it cannot.
-    #[error("{0} is out of range")]
-    OutOfRange(&'static str),
-    /// A number exceeds the reader's [`Limits`].
-    #[error("{0} exceeds this reader's limit")]
-    Limit(&'static str),
-    /// A level's bytes make no surface.
-    #[error(transparent)]
-    Damaged(#[from] Damaged),
-    /// The arrays do not make a Surface Partition.
-    #[error(transparent)]
-    Partition(#[from] PartitionError),
 }
 
 impl Model {
@@ -162,9 +141,9 @@ pub fn encode(model: &Model) -> Result<Vec<u8>, EncodeError> {
 }
 
 fn write_header(bytes: &mut Vec<u8>, model: &Model, extent: DVec3, base: BaseSize) {
-    bytes.extend(MAGIC);
+    bytes.extend(FORMAT.magic);
     let flags = u8::from(model.is_height_field) * HEIGHT_FIELD + u8::from(model.sampling.is_some()) * SAMPLED;
-    bytes.extend([VERSION, flags]);
+    bytes.extend([FORMAT.version, flags]);
     let lattice = [model.origin.to_array(), model.step.to_array()];
     bytes.extend(lattice.as_flattened().iter().flat_map(|number| number.to_le_bytes()));
     let extent = extent.to_array().map(|extent| extent as u32);
@@ -181,11 +160,7 @@ fn write_header(bytes: &mut Vec<u8>, model: &Model, extent: DVec3, base: BaseSiz
 /// When the bytes are not a model of this version, or exceed `limits`.
 pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
     let head = Head::read(bytes, limits)?;
-    let runs = head.runs()?;
-    if runs.len() < head.entries.len() || runs.iter().any(|run| run.is_cut) {
-        return Err(DecodeError::Truncated(bytes.len()));
-    }
-    head.model(&runs)
+    head.model(&fields::whole_runs(&head.entries, &head.rest)?)
 }
 
 /// Reads as much of a model as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
@@ -196,7 +171,7 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
 /// When the bytes are not the beginning of a model of this version, or exceed `limits`.
 pub fn decode_prefix(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
     let head = Head::read(bytes, limits)?;
-    head.model(&head.runs()?)
+    head.model(&fields::runs(&head.entries, &head.rest)?)
 }
 
 /// What stands before the levels, and what follows.
@@ -206,60 +181,35 @@ struct Head<'a> {
     frame: Frame,
     base: BaseSize,
     entries: Vec<Entry>,
-    rest: &'a [u8],
+    rest: Fields<'a>,
 }
 
 impl<'a> Head<'a> {
     fn read(bytes: &'a [u8], limits: &Limits) -> Result<Self, DecodeError> {
-        let refused = |error: FieldError| match error {
-            FieldError::Truncated => DecodeError::Truncated(bytes.len()),
-            FieldError::OutOfRange(name) => DecodeError::OutOfRange(name),
-            FieldError::Limit(name) => DecodeError::Limit(name),
-        };
-        let mut fields = Fields { rest: bytes };
-        let magic: [u8; 5] = fields.bytes().map_err(refused)?;
-        if &magic[..4] != MAGIC {
-            return Err(DecodeError::NotAModel);
-        }
-        if magic[4] != VERSION {
-            return Err(DecodeError::Version(magic[4]));
-        }
-        Self::fields(&mut fields, limits).map_err(refused)
-    }
-
-    /// All but the magic and the version.
-    fn fields(fields: &mut Fields<'a>, limits: &Limits) -> Result<Self, FieldError> {
+        let mut fields = Fields::open(bytes, &FORMAT)?;
         let [flags] = fields.bytes()?;
         let [origin, step] = [fields.doubles()?, fields.doubles()?].map(DVec3::from_array);
         let count = fields.number()? as usize;
-        if count > limits.levels {
-            return Err(FieldError::Limit("the number of levels"));
-        }
+        limits.check_levels(count)?;
         let base = BaseSize {
             vertices: fields.number()?,
             triangles: fields.number()?,
         };
         let extent = [fields.number()?, fields.number()?, fields.number()?];
-        let sampling = Sampling::read(fields, flags & SAMPLED != 0)?;
+        let sampling = Sampling::read(&mut fields, flags & SAMPLED != 0)?;
         let extent = DVec3::from_array(extent.map(f64::from));
         let frame = frame(flags & HEIGHT_FIELD != 0, sampling, extent);
         if !frame.is_valid() || !origin.is_finite() || !step.is_finite() || step.min_element() <= 0.0 {
-            return Err(FieldError::OutOfRange("the lattice"));
+            return Err(DecodeError::OutOfRange("the lattice"));
         }
-        let mut directory = Directory::new(false);
-        let entries = (0..count).map(|_| directory.read(fields, limits));
         Ok(Self {
             origin,
             step,
             frame,
             base,
-            entries: entries.collect::<Result<_, _>>()?,
-            rest: fields.rest,
+            entries: Directory::new(false).read_all(&mut fields, count, limits)?,
+            rest: fields,
         })
-    }
-
-    fn runs(&self) -> Result<Vec<Run<'a>>, DecodeError> {
-        fields::runs(&self.entries, self.rest).ok_or(DecodeError::OutOfRange("the length of the file"))
     }
 
     fn model(&self, runs: &[Run]) -> Result<Model, DecodeError> {
