@@ -72,7 +72,7 @@ pub enum ClusteringError {
         vertex: usize,
     },
     /// The mesh itself is no mesh: a corner out of range or used twice, a coordinate that is no number.
-    #[error("the mesh cannot be used: {0}")]
+    #[error("the mesh cannot be used")]
     Mesh(#[from] LevelError),
 }
 

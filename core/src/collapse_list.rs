@@ -47,7 +47,7 @@ pub enum ListError {
         place: String,
     },
     /// Not JSON, or not an array of arrays of numbers.
-    #[error("the list of collapses is not an array of arrays of numbers: {0}")]
+    #[error("the list of collapses is not an array of arrays of numbers")]
     Json(#[from] serde_json::Error),
 }
 

@@ -54,7 +54,7 @@ pub enum LogError {
     #[error("band {0} does not end where it should")]
     BadBand(usize),
     /// The mesh is not a 2-manifold.
-    #[error("collapses of this mesh cannot be replayed: {0}")]
+    #[error("collapses of this mesh cannot be replayed")]
     NotManifold(#[from] ManifoldError),
     /// The collapse would leave a surface that is no 2-manifold, or one of another topology.
     #[error("collapse {index}, {blue} → {red}: {fault}")]

@@ -77,7 +77,7 @@ pub enum SplitError {
     #[error("the bits of the {0} are not as many as the surface asks for")]
     BitCount(&'static str),
     /// What it would make of the surface is none.
-    #[error("the split leaves no surface: {0}")]
+    #[error("the split leaves no surface")]
     Result(#[from] SurfaceError),
 }
 

@@ -104,7 +104,7 @@ pub enum ModelError {
     #[error("levels are written as .spm, .lod, .x3d or .wrl, one of them as .ply")]
     UnknownOutput,
     /// The system says no.
-    #[error("cannot be read: {0}")]
+    #[error("cannot be read")]
     Unreadable(#[from] io::Error),
     /// The bytes are not of the format.
     #[error("not a readable {format} file: {reason}")]
@@ -115,10 +115,10 @@ pub enum ModelError {
         reason: String,
     },
     /// The bytes of a multilevel file are not of its format.
-    #[error("not a readable multilevel file: {0}")]
+    #[error("not a readable multilevel file")]
     MalformedLevels(#[from] multilevel::ReadError),
     /// The bytes of a progressive mesh file are not of its format.
-    #[error("not a readable .spm file: {0}")]
+    #[error("not a readable .spm file")]
     MalformedMesh(#[from] DecodeError),
     /// A coordinate is NaN or infinite.
     #[error("vertex {0} has a coordinate that is no finite number")]
@@ -160,7 +160,7 @@ pub enum ModelError {
     #[error("a .spm file holds manifolds only, write a .lod or a .ply file: {0}")]
     NoManifold(ManifoldError),
     /// A progressive mesh file cannot hold the levels.
-    #[error("a .spm file cannot hold these levels: {0}")]
+    #[error("a .spm file cannot hold these levels")]
     Incompressible(#[from] EncodeError),
     /// Not even the finest level keeps the error.
     #[error("no lattice of a .spm file is fine enough for the error {0}, write a .lod or a .ply file")]

@@ -23,6 +23,12 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
+/// Whether the last cause in a line of causes is told once only.
+fn tells_its_cause_once(error: &str) -> bool {
+    let cause = error.trim_end().rsplit(": ").next();
+    cause.is_some_and(|cause| error.matches(cause).count() == 1)
+}
+
 /// What a folder holds, by name.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
@@ -54,7 +60,7 @@ fn unusable_input_is_one_line_and_exit_code_2_and_leaves_nothing() {
     ascii_grid(path, "void.asc", "-9999 -9999 -9999\n-9999 -9999 -9999", Some(WGS84));
     ascii_grid(path, "holes.asc", "1 -9999 3\n-9999 5 -9999", Some(WGS84));
     let before = names(path);
-    let cases: [(&[&str], &str); 15] = [
+    let cases: [(&[&str], &str); 16] = [
         (&["holes.asc"], "holes.asc: no four neighbouring samples are all valid"),
         (&["absent.tif"], "absent.tif: cannot be read: No such file"),
         (&["junk.tif"], "junk.tif: cannot be read"),
@@ -71,6 +77,7 @@ fn unusable_input_is_one_line_and_exit_code_2_and_leaves_nothing() {
             "`EPSG:999999` is no coordinate reference system",
         ),
         (&[SAMPLE, "--bounds", "5,5,4,6"], "are not west < east"),
+        (&[SAMPLE, "--bounds", "5,80,6,100"], "beyond the pole"),
         (
             &[SAMPLE, "-o", "absent/out.pmtiles"],
             "absent/out.pmtiles: its folder does not exist",
@@ -98,6 +105,7 @@ fn unusable_input_is_one_line_and_exit_code_2_and_leaves_nothing() {
             "{arguments:?}: {error}"
         );
         assert_eq!(error.lines().count(), 1, "{arguments:?}: {error}");
+        assert!(tells_its_cause_once(&error), "{error}");
         assert!(output.stdout.is_empty(), "{arguments:?}");
         assert_eq!(names(path), before, "{arguments:?}");
     }
@@ -261,6 +269,7 @@ fn what_cannot_be_a_world_is_one_line_and_exit_code_2_and_leaves_nothing() {
         assert_eq!(refused.status.code(), Some(2), "{error}");
         assert!(error.starts_with("error: ") && error.contains(message), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
+        assert!(tells_its_cause_once(&error), "{error}");
         assert_eq!(names(path), before);
     }
 }

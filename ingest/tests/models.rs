@@ -413,7 +413,7 @@ fn files_that_are_no_models_are_refused_by_name() {
         (
             "junk.spm",
             "out.ply",
-            "junk.spm: not a readable .spm file: truncated at byte 4",
+            "junk.spm: not a readable .spm file: truncated at byte 4\n",
         ),
         (
             "torus.obj",

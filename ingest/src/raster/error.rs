@@ -49,7 +49,7 @@ pub enum ReadError {
     BadBounds([f64; 4]),
     /// The samples have no longitude and latitude.
     #[error("{}: {}", .0.display(), .1)]
-    Position(PathBuf, #[source] GeoReferenceError),
+    Position(PathBuf, GeoReferenceError),
     /// Not one sample has a height.
     #[error("{}: every sample is void", .0.display())]
     AllVoid(PathBuf),
