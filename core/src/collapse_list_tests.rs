@@ -1,5 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use std::error::Error as _;
+
 use super::*;
 
 fn collapse(blue: u32, red: u32, moved_to: Option<[f64; 3]>) -> ListedCollapse {
@@ -43,7 +45,8 @@ fn faults_are_told_with_their_place() {
         assert!(told.starts_with("line 2: a collapse is"), "{bad}: {told}");
     }
     assert!(json("[[5, 1], [5]]").starts_with("entry 1: a collapse is"));
-    assert!(json("[[5, 1], [5, null]]").contains("line 1 column 17"));
+    let cause = |text: &str| parse_json(text).unwrap_err().source().unwrap().to_string();
+    assert!(cause("[[5, 1], [5, null]]").contains("line 1 column 17"));
     assert!(json("{}").contains("not an array of arrays"));
 }
 
