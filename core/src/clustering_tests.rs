@@ -76,6 +76,16 @@ fn equally_near_ancestors_leave_the_first_of_them() {
 }
 
 #[test]
+fn nearness_is_that_of_the_mesh_before_not_of_the_one_that_was_given() {
+    let positions = [0.0, 1.0, 2.0, 3.0].map(|x| [x, x * x]);
+    let first = step(&[[0.9, 0.9], positions[2], positions[3]], &[0, 0, 1, 2]);
+    let second = step(&[[1.0, 1.5], positions[3]], &[0, 0, 1]);
+    let clustered = clustered_mesh(&positions, &[[0, 2, 3], [1, 2, 3]], &[first, second]).unwrap();
+    // 1 stands for the first two, which are then nearer to what they become than 2 is.
+    assert_eq!(clustered.vertex_order, [1, 3, 2, 0]);
+}
+
+#[test]
 fn triangles_that_come_to_lie_on_each_other_stay() {
     let folded = step(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], &[0, 1, 2, 2]);
     let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 2.0]];

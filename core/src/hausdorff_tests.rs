@@ -54,6 +54,37 @@ fn bounds_are_above_what_dense_sampling_finds_and_hardly_above() {
 }
 
 #[test]
+fn a_triangle_far_from_the_one_before_claims_its_farthest_corner() {
+    let [near, far] = [0.0, 100.0].map(|x| [at(x, 0.0, 0.0), at(x + 4.0, 0.0, 0.0), at(x, 4.0, 0.0)]);
+    let floor = Mesh {
+        positions: [near, far].concat(),
+        triangles: vec![[0, 1, 2], [3, 4, 5]],
+    };
+    let raised = [far[0], far[1], far[2] + DVec3::Z];
+    let bound = SurfaceTree::new(&floor).bound(&[near, raised], 1.2);
+    assert!((1.0..1.2).contains(&bound), "{bound}");
+}
+
+#[test]
+fn what_rounding_hides_is_claimed() {
+    let mut far = tent(1.5);
+    far.positions.iter_mut().for_each(|position| position.x += 1e9);
+    let bound = bound(&far, &far, 0.0);
+    assert!((1e-6..1e-4).contains(&bound), "{bound}");
+}
+
+#[test]
+fn corners_on_the_plane_of_a_cut_are_in_both_parts() {
+    let square = Polygon::from_slice(&tent(0.0).positions[..4]);
+    let diagonal = at(1.0, -1.0, 0.0).normalize();
+    for part in split(&square, at(2.0, 2.0, 0.0), diagonal, 0.0) {
+        let part = part.map(|corners| corners.to_vec());
+        let both = [square[0], square[2]];
+        assert!(part.is_some_and(|corners| corners.len() == 3 && both.iter().all(|corner| corners.contains(corner))));
+    }
+}
+
+#[test]
 fn a_bound_that_is_enough_is_not_made_better() {
     let floor = bound(&tent(0.5), &tent(0.0), 0.75);
     assert!((0.5..=0.75).contains(&floor), "{floor}");

@@ -47,6 +47,7 @@ pub mod mesh;
 pub mod model;
 pub mod multilevel;
 mod outline;
+pub mod parting;
 pub mod partition;
 pub mod plan;
 pub mod reference;

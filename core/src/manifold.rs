@@ -4,7 +4,6 @@
 use thiserror::Error;
 
 use crate::connectivity::Connectivity;
-use crate::half_edges::{self, HalfEdges, NONE};
 use crate::mesh::Mesh;
 
 /// Why a mesh is not a 2-manifold.
@@ -43,55 +42,6 @@ pub fn check_corners(mesh: &Mesh) -> Result<(), ManifoldError> {
 pub fn check_stars(connectivity: &Connectivity) -> Result<(), ManifoldError> {
     let mut fan = Fan::new(connectivity.vertex_count());
     (0..connectivity.vertex_count() as u32).try_for_each(|vertex| fan.check(connectivity, vertex))
-}
-
-/// Parts surfaces that share vertices but no edges there: each fan of triangles gets a vertex of its own. Tells the mesh's
-/// vertex for each one; the first ones are the same.
-#[must_use]
-pub fn parted_at_vertices(mesh: &Mesh) -> (Mesh, Vec<u32>) {
-    let half_edges = HalfEdges::new(mesh.positions.len(), mesh.triangles.clone());
-    let mut originals: Vec<u32> = (0..).take(mesh.positions.len()).collect();
-    let mut has_fan = vec![false; mesh.positions.len()];
-    let mut corners = vec![NONE; 3 * mesh.triangles.len()];
-    for edge in 0..corners.len() as u32 {
-        if corners[edge as usize] == NONE {
-            let original = half_edges.origin(edge);
-            let mut vertex = original;
-            if std::mem::replace(&mut has_fan[original as usize], true) {
-                vertex = originals.len() as u32;
-                originals.push(original);
-            }
-            fan_of(&half_edges, edge, |edge| corners[edge as usize] = vertex);
-        }
-    }
-    let parted = Mesh {
-        positions: originals
-            .iter()
-            .map(|&vertex| mesh.positions[vertex as usize])
-            .collect(),
-        triangles: corners.as_chunks::<3>().0.to_vec(),
-    };
-    (parted, originals)
-}
-
-/// Visits the half-edges that leave a vertex in one fan: from `start` counter-clockwise, then clockwise.
-fn fan_of(half_edges: &HalfEdges, start: u32, mut visit: impl FnMut(u32)) {
-    // Where more than two triangles share an edge, a twin may have another twin.
-    let across = |edge: u32| match half_edges.twin(edge) {
-        twin if twin != NONE && half_edges.twin(twin) == edge => twin,
-        _ => NONE,
-    };
-    visit(start);
-    let mut edge = across(half_edges::previous(start));
-    while edge != NONE && edge != start {
-        visit(edge);
-        edge = across(half_edges::previous(edge));
-    }
-    let mut twin = if edge == NONE { across(start) } else { NONE };
-    while twin != NONE {
-        visit(half_edges::next(twin));
-        twin = across(half_edges::next(twin));
-    }
 }
 
 /// The triangles around one vertex as steps from neighbour to neighbour, counter-clockwise.

@@ -31,32 +31,3 @@ fn the_fault_is_named() {
     let two_closed = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [0, 4, 5], [0, 5, 6], [0, 6, 4]];
     assert_eq!(check(&two_closed), Err(ManifoldError::Vertex(0)));
 }
-
-#[test]
-fn surfaces_that_touch_in_a_vertex_are_parted_there_and_nowhere_else() {
-    let tetrahedron = |corners: [u32; 4]| {
-        let [a, b, c, d] = corners;
-        [[a, b, c], [a, c, d], [a, d, b], [d, c, b]]
-    };
-    let mesh = Mesh {
-        positions: (0..7).map(|vertex| DVec3::splat(f64::from(vertex))).collect(),
-        triangles: [tetrahedron([0, 1, 2, 3]), tetrahedron([4, 5, 6, 0])].concat(),
-    };
-    assert_eq!(check_stars(&Connectivity::new(&mesh)), Err(ManifoldError::Vertex(0)));
-    let (parted, originals) = parted_at_vertices(&mesh);
-    assert_eq!(originals, [0, 1, 2, 3, 4, 5, 6, 0]);
-    assert_eq!(parted.positions[7], mesh.positions[0]);
-    assert_eq!(parted.triangles[..4], mesh.triangles[..4]);
-    assert_eq!(check_stars(&Connectivity::new(&parted)), Ok(()));
-    assert_eq!(parted_at_vertices(&parted).0, parted);
-}
-
-#[test]
-fn parting_at_vertices_leaves_edges_of_three_triangles_as_they_are() {
-    let mesh = Mesh {
-        positions: vec![DVec3::ZERO; 5],
-        triangles: vec![[0, 1, 2], [1, 0, 3], [0, 1, 4]],
-    };
-    let (parted, _) = parted_at_vertices(&mesh);
-    assert!(parted.triangles[0][..2] == [0, 1] && parted.positions.len() <= 7);
-}

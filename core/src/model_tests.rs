@@ -240,6 +240,47 @@ fn flat_faces_need_few_triangles() {
 }
 
 #[test]
+fn no_triangle_of_a_plate_turns_over_or_becomes_a_line() {
+    for jitter in [0.02, 1e-7] {
+        let mut plate = plate(16);
+        let mut random = fastrand::Rng::with_seed(1);
+        for position in &mut plate.positions {
+            *position += jitter * DVec3::new(random.f64(), random.f64(), 0.0);
+        }
+        for placement in [Placement::Stay, Placement::Best] {
+            let simplifier = simplified(&plate, placement, COARSEST);
+            let partition = SurfacePartition::from_log(&plate, simplifier.log(), 0.0).unwrap();
+            for lod in (0..partition.levels.len()).map(|level| partition.lod(level)) {
+                let least = lod.triangles.iter().map(|corners| {
+                    let [a, b, c] = corners.map(|corner| lod.positions[corner as usize]);
+                    let longest = a
+                        .distance_squared(b)
+                        .max(b.distance_squared(c))
+                        .max(c.distance_squared(a));
+                    (b - a).cross(c - a).z / longest
+                });
+                let least = least.fold(f64::INFINITY, f64::min);
+                assert!(least > 1e-4, "{least} with {placement:?}, {jitter}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_boundary_is_not_pulled_inside() {
+    let bowl = bowl();
+    let edges = boundary_edges(&bowl.triangles);
+    let is_on_boundary = |vertex: u32| edges.iter().any(|&(from, to)| from == vertex || to == vertex);
+    let simplifier = simplified(&bowl, Placement::Best, COARSEST);
+    let mut moves = simplifier
+        .log()
+        .collapses
+        .iter()
+        .filter(|collapse| collapse.red_before != collapse.red_after);
+    assert!(moves.all(|collapse| is_on_boundary(collapse.blue) == is_on_boundary(collapse.red)));
+}
+
+#[test]
 fn what_cannot_be_smaller_stays() {
     let tetrahedron = coarsest(&bumpy_sphere(0, 0.0, 0), Placement::Best, COARSEST);
     assert_eq!((tetrahedron.positions.len(), tetrahedron.triangles.len()), (4, 4));
@@ -294,8 +335,13 @@ fn bands_halve_the_triangles() {
     let left = |end: &usize| torus().triangles.len() - 2 * end;
     assert!(left(&ends[0]) * 2 <= torus().triangles.len());
     let pairs = ends[..ends.len() - 1].windows(2);
+    // A collapse takes two triangles.
+    let is_half = |pair: &[usize]| (0..=4).contains(&(left(&pair[0]).abs_diff(2 * left(&pair[1]))));
+    assert!(left(&ends[0]) * 2 + 4 >= torus().triangles.len());
     assert!(
-        pairs.into_iter().all(|pair| left(&pair[1]) * 2 <= left(&pair[0])),
+        pairs
+            .into_iter()
+            .all(|pair| left(&pair[1]) * 2 <= left(&pair[0]) && is_half(pair)),
         "{ends:?}"
     );
 }

@@ -113,8 +113,9 @@ pub(crate) struct TinArgs {
 /// Every level says how far it is from the model at most, in the model's units, both ways: each point of the model from the
 /// level and each point of the level from the model. A model that is an oriented 2-manifold, closed or with boundaries, is
 /// simplified by edge collapses, which keep its topology. Any other goes through vertex clustering, whose levels may pinch.
-/// Polygons become triangles; vertices at one position become one, surfaces that touch in a vertex only are parted. Normals, colours and texture coordinates of vertices are
-/// carried along into .ply files, unless triangles that meet in a vertex disagree about them.
+/// Polygons become triangles; vertices at one position become one; surfaces that touch in vertices or along edges are parted
+/// there. Normals, colours and texture coordinates of vertices are carried along into .ply files, unless triangles that meet in
+/// a vertex disagree about them.
 #[derive(Args)]
 #[command(after_help = MESH_EXAMPLES)]
 pub(crate) struct MeshArgs {

@@ -6,9 +6,8 @@
 //!                                                 .lod, .spm ──────▲       └─▶ .ply: one level
 //! ```
 //!
-//! An oriented 2-manifold is simplified by edge collapses (`terrain_core::model`), after surfaces that touch in single vertices
-//! are parted there. What is no manifold even then goes through vertex
-//! clustering (`terrain_core::clustering`), whose levels can be drawn but may pinch or lose small parts.
+//! An oriented 2-manifold is simplified by edge collapses (`terrain_core::model`), after surfaces that touch in vertices or
+//! along edges are parted there (`terrain_core::parting`). What is no manifold even then goes through vertex clustering (`terrain_core::clustering`), whose levels can be drawn but may pinch or lose small parts.
 //!
 //! **What is certified, for either:** every point of the model is within a level's error of the level's surface, and every
 //! point of the level's surface is within it of the model, in the model's units (the Hausdorff distance). It is measured on the
@@ -32,9 +31,10 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 use terrain_core::Mesh;
-use terrain_core::manifold::{self, ManifoldError};
+use terrain_core::manifold::ManifoldError;
 use terrain_core::model::Placement;
 use terrain_core::multilevel::{self, Limits};
+use terrain_core::parting::parted;
 use terrain_tiles::model::{DecodeError, EncodeError};
 use terrain_tiles::x3d::{Encoding, WorldError};
 use thiserror::Error;
@@ -79,18 +79,21 @@ pub struct Model {
 }
 
 impl Model {
-    /// The same with a vertex for each of the surfaces that meet in one and share nothing else.
-    fn parted_at_vertices(&self) -> Self {
-        let (mesh, originals) = manifold::parted_at_vertices(&self.mesh);
-        let parted = |column: &Column| Column {
+    /// The same with vertices for each of the surfaces that touch in them.
+    ///
+    /// # Errors
+    /// An edge whose triangles cannot belong to surfaces that touch.
+    fn parted(&self) -> Result<Self, ManifoldError> {
+        let (mesh, originals) = parted(&self.mesh)?;
+        let spread = |column: &Column| Column {
             values: originals.iter().map(|&vertex| column.values[vertex as usize]).collect(),
             ..column.clone()
         };
-        Self {
+        Ok(Self {
             mesh,
-            columns: self.columns.iter().map(parted).collect(),
+            columns: self.columns.iter().map(spread).collect(),
             seams: self.seams.clone(),
-        }
+        })
     }
 }
 
@@ -379,7 +382,7 @@ fn report(leveled: &LeveledModel, way: Option<Way>) -> Report {
     let (method, reason) = match way {
         None => ("file", None),
         Some(Way::Collapses) => ("collapses", None),
-        Some(Way::Clustering(fault)) => ("clustering", Some(format!("the model is not a manifold: {fault}"))),
+        Some(Way::Clustering(cause)) => ("clustering", Some(cause.to_string())),
     };
     let levels = leveled.partition.levels.iter().rev().enumerate();
     let level = |(level, extent): (usize, &terrain_core::partition::Level)| LevelReport {

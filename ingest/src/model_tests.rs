@@ -154,7 +154,11 @@ fn what_is_no_manifold_is_clustered_within_the_error() {
     let last = report.levels.last().unwrap();
     assert!(last.certified_error.unwrap() <= 3.0 && last.triangles < 576, "{last:?}");
     let few = made(&folder, "fin.obj", Target::Triangles(40), "few.lod", None);
-    assert!((1..=40).contains(&few.levels.last().unwrap().triangles));
+    assert!((30..=40).contains(&few.levels.last().unwrap().triangles));
+    let fewest = made(&folder, "fin.obj", Target::Triangles(1), "fewest.lod", None);
+    assert!((1..=10).contains(&fewest.levels.last().unwrap().triangles), "{fewest}");
+    let whole = made(&folder, "fin.obj", Target::Triangles(1153), "whole.lod", None);
+    assert_eq!((whole.levels.len(), whole.levels[0].triangles), (1, 1153));
 }
 
 #[test]

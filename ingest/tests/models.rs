@@ -89,11 +89,11 @@ fn two_tori(touches: bool) -> Surface {
     both
 }
 
-/// A tetrahedron over an edge that runs up from the origin, which others may share.
+/// A tetrahedron over an edge that runs up from the origin, to the one or the other `side`. Its fronts look outwards.
 fn tetrahedron(side: f64) -> Surface {
     Surface {
-        positions: vec![[0.0; 3], [0.0, 0.0, 1.0], [side, 1.0, 0.0], [side, -1.0, 0.0]],
-        triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]],
+        positions: vec![[0.0; 3], [0.0, 0.0, 1.0], [side, side, 0.0], [side, -side, 0.0]],
+        triangles: vec![[0, 2, 1], [0, 3, 2], [0, 1, 3], [3, 1, 2]],
     }
 }
 
@@ -424,19 +424,32 @@ fn parts_may_touch_in_a_vertex() {
 }
 
 #[test]
-fn parts_that_share_an_edge_are_clustered() {
+fn parts_may_touch_along_an_edge_unless_fewer_triangles_are_asked_for_than_they_need() {
     let folder = TempDir::new().unwrap();
     let mut pair = tetrahedron(1.0);
-    let mut other = tetrahedron(-1.0);
-    other.triangles.iter_mut().for_each(|corners| corners.swap(0, 1));
-    join(&mut pair, &other);
+    join(&mut pair, &tetrahedron(-1.0));
     write_obj(&folder.path().join("pair.obj"), &pair);
+    let made = |target: &str, file: &str| {
+        let made = report(
+            folder.path(),
+            &["mesh", "pair.obj", "--target-triangles", target, "-o", file],
+        );
+        (made["method"].clone(), levels(&made))
+    };
+    assert_eq!(made("8", "pair.ply"), ("collapses".into(), vec![(8, 0.0)]));
+    assert_eq!(read_ply(&folder.path().join("pair.ply")).positions.len(), 8);
+    assert_eq!(made("7", "few.lod").0, "clustering");
+    assert_eq!(made("7", "few.spm").0, "collapses");
+    let mut fin = tetrahedron(1.0);
+    let out = fin.positions.len();
+    fin.positions.push([-1.0, 0.0, 0.0]);
+    fin.triangles.push([0, 1, out]);
+    write_obj(&folder.path().join("fin.obj"), &fin);
     let made = report(
         folder.path(),
-        &["mesh", "pair.obj", "--max-error", "0.001", "-o", "pair.ply"],
+        &["mesh", "fin.obj", "--max-error", "0.001", "-o", "fin.ply"],
     );
-    assert_eq!((&made["method"], levels(&made)), (&"clustering".into(), vec![(8, 0.0)]));
-    assert_eq!(read_ply(&folder.path().join("pair.ply")).positions.len(), 6);
+    assert_eq!((&made["method"], levels(&made)), (&"clustering".into(), vec![(5, 0.0)]));
 }
 
 #[test]

@@ -6,13 +6,15 @@ use terrain_core::hausdorff::SurfaceTree;
 
 use super::Model;
 use super::levels::{LeveledColumn, LeveledModel};
-use super::simplified::{Target, distance};
+use super::simplified::{Target, keeps};
 use crate::progress::Progress;
 
 /// Steps from the size of one grid's cells to the next smaller one that is looked at.
-const CELL_STEP: f64 = 0.84;
+const CELL_STEP: f64 = 0.96;
 /// Sizes of cells that are looked at: down to a 16,000th of the model.
-const CELL_STEPS: usize = 56;
+const CELL_STEPS: usize = 238;
+/// Of so many sizes one is measured where the target is an error, which takes far longer than to count triangles.
+const MEASURED_STEPS: usize = 4;
 /// Share of the vertices that a grid must leave to be too fine for a level of its own.
 const TOO_FINE: f64 = 0.75;
 
@@ -36,21 +38,13 @@ pub(super) fn leveled(model: &Model, tree: &SurfaceTree, target: Target, progres
     };
     let (low, high) = model.mesh.bounds();
     let cells = || std::iter::successors(Some(low.distance(high)), |cell| Some(cell * CELL_STEP)).take(CELL_STEPS);
-    let whole = model.mesh.triangles.len();
-    let is_level = |cell: &f64| {
-        clustered
-            .triangles_left(*cell)
-            .is_some_and(|count| count > 0 && count < whole)
-    };
-    let is_small = |cell: &f64, most: usize| clustered.triangles_left(*cell).is_some_and(|count| count <= most);
-    let keeps = |cell: &f64, error: f64| {
-        let leveled = clustered.down_to(Some(*cell));
-        leveled.is_ok_and(|leveled| distance(&leveled.partition, 0, tree) <= error)
-    };
     let coarsest = match target {
-        Target::Coarsest => cells().find(is_level),
-        Target::Triangles(count) => cells().take_while(|cell| is_small(cell, count)).last().filter(is_level),
-        Target::Error(error) => cells().find(|cell| is_level(cell) && keeps(cell, error)),
+        Target::Coarsest => cells().find(|&cell| clustered.level(cell).is_some()),
+        Target::Triangles(most) if model.mesh.triangles.len() <= most => None,
+        Target::Triangles(most) => nearest_below(most, cells().filter_map(|cell| clustered.level(cell))),
+        Target::Error(error) => cells()
+            .step_by(MEASURED_STEPS)
+            .find(|&cell| clustered.level(cell).is_some() && clustered.keeps(cell, error, tree)),
     };
     let leveled = clustered.down_to(coarsest);
     progress.advance(1);
@@ -58,7 +52,25 @@ pub(super) fn leveled(model: &Model, tree: &SurfaceTree, target: Target, progres
     leveled
 }
 
+/// Of pairs of a size and the triangles that are left, the size with the most up to `most`, or with the fewest at all.
+fn nearest_below(most: usize, levels: impl Iterator<Item = (f64, usize)>) -> Option<f64> {
+    let rank = |&(_, left): &(f64, usize)| (left > most, left.abs_diff(most));
+    levels.min_by_key(rank).map(|(cell, _)| cell)
+}
+
 impl Clustered<'_> {
+    /// The triangles that cells of a size leave, with the size; none where that is all of them or none.
+    fn level(&self, cell: f64) -> Option<(f64, usize)> {
+        let left = self.triangles_left(cell)?;
+        (0 < left && left < self.model.mesh.triangles.len()).then_some((cell, left))
+    }
+
+    /// Whether the levels down to cells of a size are within an error.
+    fn keeps(&self, cell: f64, error: f64, tree: &SurfaceTree) -> bool {
+        let leveled = self.down_to(Some(cell));
+        leveled.is_ok_and(|leveled| keeps(&leveled.partition, error, tree))
+    }
+
     /// Levels of which the coarsest has cells of a size; the model alone where there is none.
     fn down_to(&self, coarsest: Option<f64>) -> Result<LeveledModel> {
         let Some(coarsest) = coarsest else { return self.by(&[]) };

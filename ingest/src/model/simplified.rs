@@ -1,9 +1,10 @@
 //! From a model to its levels of detail.
 //!
 //! ```text
-//! part surfaces that touch in vertices only
+//! part surfaces that touch
 //! collapse, band by band, until the target; round; where the target is an error, again with a smaller tolerance until it holds
-//! or, where the model is no manifold: cluster by grids, cells half as wide from level to level
+//! or, where the model is no manifold even then, or where its parts need more triangles than are asked for: cluster by grids,
+//! cells half as wide from level to level
 //! certify each level
 //! ```
 //! A level ends where half of the triangles of the one before are left.
@@ -17,6 +18,7 @@ use terrain_core::manifold::{self, ManifoldError};
 use terrain_core::model::{Goal, ModelSimplifier, Placement};
 use terrain_core::replay::{Demand, Replay};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
+use thiserror::Error;
 
 use super::levels::{Carrier, LeveledModel};
 use super::{Model, ModelError, certify, clustered, spm_file};
@@ -49,51 +51,90 @@ pub(super) struct Order {
 pub(super) enum Way {
     /// By edge collapses.
     Collapses,
-    /// By vertex clustering, because the model is no manifold.
-    Clustering(ManifoldError),
+    /// By vertex clustering.
+    Clustering(Cause),
+}
+
+/// Why edge collapses will not do.
+#[derive(Clone, Copy, Debug, Error)]
+pub(super) enum Cause {
+    #[error("the model is not a manifold: {0}")]
+    NoManifold(ManifoldError),
+    #[error("collapses, which keep surfaces that touch apart, leave {0} triangles")]
+    Apart(usize),
 }
 
 /// Tolerances tried for one error, each smaller than the one before.
 const ATTEMPTS: usize = 8;
-/// Share that is tried next of the tolerance that should hold.
-const CAUTION: f64 = 0.98;
+/// Share that is tried next of the tolerance that should hold; its square the time after that, and so on.
+const CAUTION: f64 = 0.96;
+
 /// Makes and certifies the levels of a model.
 pub(super) fn leveled(model: &Model, order: Order, progress: &Progress) -> Result<(LeveledModel, Way)> {
     let tree = SurfaceTree::new(&model.mesh);
     let (mut leveled, way) = match as_manifold(model, progress) {
-        Ok(model) => (collapsed(&model, &tree, order, progress)?, Way::Collapses),
+        Ok(manifold) => by_collapses(model, &manifold, &tree, order, progress)?,
         Err(fault) if order.is_rounded => return Err(ModelError::NoManifold(fault).into()),
-        Err(fault) => {
-            let leveled = clustered::leveled(model, &tree, order.target, progress)?;
-            (leveled, Way::Clustering(fault))
-        }
+        Err(fault) => by_clustering(model, &tree, order, Cause::NoManifold(fault), progress)?,
     };
     certify_levels(&mut leveled, &tree, progress);
+    let coarsest = leveled.partition.levels[0];
     match order.target {
-        Target::Error(error) if leveled.partition.levels[0].error > error => Err(ModelError::TooExact(error).into()),
-        _ => Ok((leveled, way)),
+        Target::Error(error) if coarsest.error > error => return Err(ModelError::TooExact(error).into()),
+        Target::Triangles(most) if coarsest.triangle_end as usize > most => progress.note(&format!(
+            "{most} triangles cannot be reached, {} can",
+            coarsest.triangle_end
+        )),
+        _ => {}
+    }
+    Ok((leveled, way))
+}
+
+/// Collapses, unless the target is fewer triangles than surfaces need that were parted: clustering brings them together again.
+fn by_collapses(
+    model: &Model,
+    manifold: &Cow<Model>,
+    tree: &SurfaceTree,
+    order: Order,
+    progress: &Progress,
+) -> Result<(LeveledModel, Way)> {
+    let leveled = collapsed(manifold, tree, order, progress)?;
+    let left = leveled.partition.levels[0].triangle_end as usize;
+    match (manifold, order.target) {
+        (Cow::Owned(_), Target::Triangles(most)) if left > most && !order.is_rounded => {
+            by_clustering(model, tree, order, Cause::Apart(left), progress)
+        }
+        _ => Ok((leveled, Way::Collapses)),
     }
 }
 
-/// The model, if it is a manifold, or the same with its surfaces parted where they only touch in vertices.
+fn by_clustering(
+    model: &Model,
+    tree: &SurfaceTree,
+    order: Order,
+    cause: Cause,
+    progress: &Progress,
+) -> Result<(LeveledModel, Way)> {
+    let leveled = clustered::leveled(model, tree, order.target, progress)?;
+    Ok((leveled, Way::Clustering(cause)))
+}
+
+/// The model, if it is a manifold, or the same with its surfaces parted where they touch.
 ///
 /// # Errors
 /// What keeps it from being a manifold even then.
 fn as_manifold<'a>(model: &'a Model, progress: &Progress) -> Result<Cow<'a, Model>, ManifoldError> {
     let check = |model: &Model| manifold::check_stars(&Connectivity::new(&model.mesh));
-    match check(model) {
-        Ok(()) => Ok(Cow::Borrowed(model)),
-        Err(ManifoldError::Vertex(_)) => {
-            let parted = model.parted_at_vertices();
-            check(&parted)?;
-            let count = parted.mesh.positions.len() - model.mesh.positions.len();
-            progress.note(&format!(
-                "surfaces that touch in a vertex and nowhere else are parted there, {count} times"
-            ));
-            Ok(Cow::Owned(parted))
-        }
-        Err(fault) => Err(fault),
+    if check(model).is_ok() {
+        return Ok(Cow::Borrowed(model));
     }
+    let parted = model.parted()?;
+    check(&parted)?;
+    let count = parted.mesh.positions.len() - model.mesh.positions.len();
+    progress.note(&format!(
+        "surfaces that touch in vertices or along edges are parted there: {count} vertices more"
+    ));
+    Ok(Cow::Owned(parted))
 }
 
 /// Measures each level; the finest one is the model, unless it is rounded. Errors never shrink towards the coarsest.
@@ -116,6 +157,12 @@ pub(super) fn distance(partition: &SurfacePartition, level: usize, model: &Surfa
     certify::distance(&SurfaceTree::new(&partition.lod(level)), model)
 }
 
+/// Whether all levels but the finest, which is the model, are within an error of it.
+pub(super) fn keeps(partition: &SurfacePartition, error: f64, model: &SurfaceTree) -> bool {
+    let mut coarser = 0..partition.levels.len() - 1;
+    coarser.all(|level| distance(partition, level, model) <= error)
+}
+
 fn collapsed(model: &Model, tree: &SurfaceTree, order: Order, progress: &Progress) -> Result<LeveledModel> {
     match order.target {
         Target::Error(error) => within(error, model, tree, order, progress),
@@ -132,7 +179,7 @@ fn down_to(triangles: usize, model: &Model, order: Order, progress: &Progress) -
 
 /// With a tolerance that turns out to keep the error. If there is none, the model alone does.
 fn within(error: f64, model: &Model, tree: &SurfaceTree, order: Order, progress: &Progress) -> Result<LeveledModel> {
-    let mut tolerance = error;
+    let (mut tolerance, mut caution) = (error, 1.0);
     for _ in 0..ATTEMPTS {
         let goal = Goal {
             tolerance,
@@ -140,10 +187,11 @@ fn within(error: f64, model: &Model, tree: &SurfaceTree, order: Order, progress:
         };
         let leveled = from_log(model, &collapse(&model.mesh, order.placement, goal, progress)?, order)?;
         let reached = distance(&leveled.partition, 0, tree);
-        if reached <= error {
+        if reached <= error && keeps(&leveled.partition, error, tree) {
             return Ok(leveled);
         }
-        tolerance *= error / reached * CAUTION;
+        caution *= CAUTION;
+        tolerance *= (error / reached).min(1.0) * caution;
     }
     from_log(model, &CollapseLog::default(), order)
 }

@@ -16,11 +16,11 @@ pub(super) fn write(output: &Path, encoding: Encoding, leveled: &LeveledModel, i
     let data = output.with_extension("lod");
     let name = data.file_name().unwrap_or_default().to_string_lossy();
     let world = to_world(&lod_file::multilevel(leveled)?, &name, encoding).map_err(ModelError::from)?;
+    let mut file = new_file_for(output)?;
+    file.write_all(world.as_bytes())?;
     if !is_same_file(input, &data) {
         lod_file::write(&data, leveled)?;
     }
-    let mut file = new_file_for(output)?;
-    file.write_all(world.as_bytes())?;
     file.persist(output).map_err(io::Error::from)?;
     Ok(())
 }
