@@ -9,7 +9,7 @@
 //!
 //! | paper section | module |
 //! | --- | --- |
-//! | Surface Partitions §1.1 stars, 2-manifolds | [`connectivity`], [`manifold`] |
+//! | Surface Partitions §1.1 stars, 2-manifolds | [`connectivity`], [`manifold`], [`parting`] |
 //! | Surface Partitions §2.1 representatives, §2.2 levels | [`replay`], [`partition`] |
 //! | Surface Partitions §2.2 changing the level, path compression | [`level_view`] |
 //! | Surface Partitions §2.3 moving red vertices, attributes | [`attribute`] |

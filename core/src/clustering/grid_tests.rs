@@ -17,9 +17,10 @@ fn cells_start_at_the_smallest_coordinates_and_double() {
 
 #[test]
 fn a_cells_vertex_is_the_mean_of_all_that_it_has_taken_in() {
-    let positions = [[0.0, 0.0], [0.0, 3.0], [3.0, 3.0], [100.0, 0.0]];
+    let positions = [[0.0, 0.0], [0.0, 1.5], [3.0, 3.0], [100.0, 0.0]];
+    // The first two are one from the beginning and count twice afterwards.
     let clusterings = grid_clusterings(&positions, 2.0, 2).unwrap();
-    assert_eq!(clusterings[1].positions, [[1.0, 2.0], [100.0, 0.0]]);
+    assert_eq!(clusterings[1].positions, [[1.0, 1.5], [100.0, 0.0]]);
 }
 
 #[test]

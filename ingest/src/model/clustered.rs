@@ -14,7 +14,7 @@ const CELL_STEP: f64 = 0.96;
 /// Sizes of cells that are looked at: down to a 16,000th of the model.
 const CELL_STEPS: usize = 238;
 /// Of so many sizes one is measured where the target is an error, which takes far longer than to count triangles.
-const MEASURED_STEPS: usize = 4;
+const MEASURED_STEPS: usize = 2;
 /// Share of the vertices that a grid must leave to be too fine for a level of its own.
 const TOO_FINE: f64 = 0.75;
 

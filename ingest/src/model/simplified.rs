@@ -67,7 +67,7 @@ pub(super) enum Cause {
 /// Tolerances tried for one error, each smaller than the one before.
 const ATTEMPTS: usize = 8;
 /// Share that is tried next of the tolerance that should hold; its square the time after that, and so on.
-const CAUTION: f64 = 0.96;
+const CAUTION: f64 = 0.98;
 
 /// Makes and certifies the levels of a model.
 pub(super) fn leveled(model: &Model, order: Order, progress: &Progress) -> Result<(LeveledModel, Way)> {
