@@ -73,7 +73,7 @@ const CAUTION: f64 = 0.98;
 pub(super) fn leveled(model: &Model, order: Order, progress: &Progress) -> Result<(LeveledModel, Way)> {
     let tree = SurfaceTree::new(&model.mesh);
     let (mut leveled, way) = match as_manifold(model, progress) {
-        Ok(manifold) => by_collapses(model, &manifold, &tree, order, progress)?,
+        Ok(manifold) => by_collapses(model, manifold, &tree, order, progress)?,
         Err(fault) if order.is_rounded => return Err(ModelError::NoManifold(fault).into()),
         Err(fault) => by_clustering(model, &tree, order, Cause::NoManifold(fault), progress)?,
     };
@@ -93,12 +93,12 @@ pub(super) fn leveled(model: &Model, order: Order, progress: &Progress) -> Resul
 /// Collapses, unless the target is fewer triangles than surfaces need that were parted: clustering brings them together again.
 fn by_collapses(
     model: &Model,
-    manifold: &Cow<Model>,
+    manifold: Cow<Model>,
     tree: &SurfaceTree,
     order: Order,
     progress: &Progress,
 ) -> Result<(LeveledModel, Way)> {
-    let leveled = collapsed(manifold, tree, order, progress)?;
+    let leveled = collapsed(&manifold, tree, order, progress)?;
     let left = leveled.partition.levels[0].triangle_end as usize;
     match (manifold, order.target) {
         (Cow::Owned(_), Target::Triangles(most)) if left > most && !order.is_rounded => {
