@@ -279,6 +279,12 @@ fn hold_to_claims(folder: &Path, model: &Surface, file: &str, levels: &[(u64, f6
         report(folder, &["mesh", file, "--lod", &level.to_string(), "-o", "level.ply"]);
         let surface = read_ply(&folder.join("level.ply"));
         assert_eq!(surface.triangles.len() as u64, triangles);
+        let bytes = fs::read(folder.join("level.ply")).unwrap();
+        let told = format!("distance from the model at most {claim}\n");
+        assert!(
+            String::from_utf8_lossy(&bytes).contains(&told),
+            "level {level} is to say: {told}"
+        );
         let found = sampled_distance(model, &surface);
         assert!(found <= claim, "level {level}: {found} of {claim}");
         assert!(
@@ -319,8 +325,10 @@ fn an_error_asked_for_is_kept_by_the_positions_that_are_stored() {
             &["mesh", "torus.obj", "--max-error", error, "-o", file],
         ));
         let last = made.len() - 1;
-        assert!(made[last].1 <= error.parse().unwrap(), "{made:?}");
-        hold_to_claims(folder.path(), &torus(), file, &made, last);
+        let error: f64 = error.parse().unwrap();
+        assert!(made[last].1 <= error && made[0].1 <= error / 60.0, "{made:?}");
+        let told = levels(&report(folder.path(), &["info", file]));
+        hold_to_claims(folder.path(), &torus(), file, &told, last);
     }
 }
 
@@ -424,22 +432,31 @@ fn parts_may_touch_in_a_vertex() {
 }
 
 #[test]
-fn parts_may_touch_along_an_edge_unless_fewer_triangles_are_asked_for_than_they_need() {
+fn parts_that_touch_are_clustered_where_that_leaves_fewer_triangles() {
+    let folder = TempDir::new().unwrap();
+    write_obj(&folder.path().join("two.obj"), &two_tori(true));
+    let made = |goal: &str, limit: &str, file: &str| {
+        let made = report(folder.path(), &["mesh", "two.obj", goal, limit, "-o", file]);
+        (made["method"].clone(), levels(&made).pop().unwrap())
+    };
+    let (method, (triangles, error)) = made("--target-triangles", "10", "few.lod");
+    assert!(method == "clustering" && triangles <= 10, "{triangles}");
+    let (method, (apart, _)) = made("--target-triangles", "10", "few.spm");
+    // The least torus has 14.
+    assert!(method == "collapses" && apart >= 28, "{apart}");
+    let (method, (triangles, _)) = made("--max-error", &error.to_string(), "far.lod");
+    assert!(method == "clustering" && triangles <= 10, "{triangles}");
+}
+
+#[test]
+fn parts_that_touch_along_an_edge_are_parted_but_not_a_fin() {
     let folder = TempDir::new().unwrap();
     let mut pair = tetrahedron(1.0);
     join(&mut pair, &tetrahedron(-1.0));
     write_obj(&folder.path().join("pair.obj"), &pair);
-    let made = |target: &str, file: &str| {
-        let made = report(
-            folder.path(),
-            &["mesh", "pair.obj", "--target-triangles", target, "-o", file],
-        );
-        (made["method"].clone(), levels(&made))
-    };
-    assert_eq!(made("8", "pair.ply"), ("collapses".into(), vec![(8, 0.0)]));
+    let made = report(folder.path(), &["mesh", "pair.obj", "-o", "pair.ply"]);
+    assert_eq!((&made["method"], levels(&made)), (&"collapses".into(), vec![(8, 0.0)]));
     assert_eq!(read_ply(&folder.path().join("pair.ply")).positions.len(), 8);
-    assert_eq!(made("7", "few.lod").0, "clustering");
-    assert_eq!(made("7", "few.spm").0, "collapses");
     let mut fin = tetrahedron(1.0);
     let out = fin.positions.len();
     fin.positions.push([-1.0, 0.0, 0.0]);

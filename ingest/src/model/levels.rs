@@ -31,6 +31,11 @@ impl LeveledModel {
         self.partition.levels.len()
     }
 
+    /// The triangles of the coarsest level.
+    pub(super) fn fewest_triangles(&self) -> usize {
+        self.partition.levels[0].triangle_end as usize
+    }
+
     /// A level as a mesh with columns, 0 being the finest; none where there is no such level.
     pub(super) fn level(&self, level: usize) -> Option<(Mesh, Vec<Column>)> {
         let place = self.level_count().checked_sub(level + 1)?;

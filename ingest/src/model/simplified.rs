@@ -3,8 +3,8 @@
 //! ```text
 //! part surfaces that touch
 //! collapse, band by band, until the target; round; where the target is an error, again with a smaller tolerance until it holds
-//! or, where the model is no manifold even then, or where its parts need more triangles than are asked for: cluster by grids,
-//! cells half as wide from level to level
+//! or, where the model is no manifold even then, or its parts apart need more triangles: cluster by grids, cells half as wide
+//! from level to level
 //! certify each level
 //! ```
 //! A level ends where half of the triangles of the one before are left.
@@ -75,22 +75,27 @@ pub(super) fn leveled(model: &Model, order: Order, progress: &Progress) -> Resul
     let (mut leveled, way) = match as_manifold(model, progress) {
         Ok(manifold) => by_collapses(model, manifold, &tree, order, progress)?,
         Err(fault) if order.is_rounded => return Err(ModelError::NoManifold(fault).into()),
-        Err(fault) => by_clustering(model, &tree, order, Cause::NoManifold(fault), progress)?,
+        Err(fault) => {
+            let leveled = clustered::leveled(model, &tree, order.target, progress)?;
+            (leveled, Way::Clustering(Cause::NoManifold(fault)))
+        }
     };
     certify_levels(&mut leveled, &tree, progress);
-    let coarsest = leveled.partition.levels[0];
+    let left = leveled.fewest_triangles();
     match order.target {
-        Target::Error(error) if coarsest.error > error => return Err(ModelError::TooExact(error).into()),
-        Target::Triangles(most) if coarsest.triangle_end as usize > most => progress.note(&format!(
-            "{most} triangles cannot be reached, {} can",
-            coarsest.triangle_end
-        )),
+        Target::Error(error) if leveled.partition.levels[0].error > error => {
+            return Err(ModelError::TooExact(error).into());
+        }
+        Target::Triangles(most) if left > most => {
+            progress.note(&format!("{most} triangles cannot be reached, {left} can"));
+        }
         _ => {}
     }
     Ok((leveled, way))
 }
 
-/// Collapses, unless the target is fewer triangles than surfaces need that were parted: clustering brings them together again.
+/// Collapses, unless surfaces were parted, more triangles are left than need be, and clustering, which brings the surfaces
+/// together again, leaves fewer.
 fn by_collapses(
     model: &Model,
     manifold: Cow<Model>,
@@ -99,24 +104,19 @@ fn by_collapses(
     progress: &Progress,
 ) -> Result<(LeveledModel, Way)> {
     let leveled = collapsed(&manifold, tree, order, progress)?;
-    let left = leveled.partition.levels[0].triangle_end as usize;
-    match (manifold, order.target) {
-        (Cow::Owned(_), Target::Triangles(most)) if left > most && !order.is_rounded => {
-            by_clustering(model, tree, order, Cause::Apart(left), progress)
+    let left = leveled.fewest_triangles();
+    let is_enough = match order.target {
+        Target::Coarsest => true,
+        Target::Triangles(most) => left <= most,
+        Target::Error(_) => false,
+    };
+    if matches!(manifold, Cow::Owned(_)) && !order.is_rounded && !is_enough {
+        let clustered = clustered::leveled(model, tree, order.target, progress)?;
+        if clustered.fewest_triangles() < left {
+            return Ok((clustered, Way::Clustering(Cause::Apart(left))));
         }
-        _ => Ok((leveled, Way::Collapses)),
     }
-}
-
-fn by_clustering(
-    model: &Model,
-    tree: &SurfaceTree,
-    order: Order,
-    cause: Cause,
-    progress: &Progress,
-) -> Result<(LeveledModel, Way)> {
-    let leveled = clustered::leveled(model, tree, order.target, progress)?;
-    Ok((leveled, Way::Clustering(cause)))
+    Ok((leveled, Way::Collapses))
 }
 
 /// The model, if it is a manifold, or the same with its surfaces parted where they touch.
