@@ -123,6 +123,36 @@ fn levels_keep_the_error_that_was_asked_for_and_colours_on_the_way() {
 }
 
 #[test]
+fn columns_follow_the_vertices_where_they_move() {
+    let size = 9;
+    let header = "ply\nformat ascii 1.0\nelement vertex 81\nproperty float x\nproperty float y\nproperty float z\n\
+        property double s\nelement face 128\nproperty list uchar int vertex_indices\nend_header\n";
+    let vertices = (0..size * size).map(|i| (i % size, i / size));
+    let vertices = vertices.map(|(x, y)| format!("{x} {y} 0 {}\n", x + 10 * y));
+    let cells = (0..size * (size - 1)).filter(|i| i % size != size - 1);
+    let faces = cells.map(|i| {
+        format!(
+            "3 {i} {} {}\n3 {i} {} {}\n",
+            i + 1,
+            i + 1 + size,
+            i + 1 + size,
+            i + size
+        )
+    });
+    let folder = TempDir::new().unwrap();
+    let text: String = std::iter::once(header.to_owned())
+        .chain(vertices)
+        .chain(faces)
+        .collect();
+    file(&folder, "plate.ply", &text);
+    made(&folder, "plate.ply", Target::Triangles(8), "few.ply", None);
+    let few = read(&folder.path().join("few.ply"), Limits::default()).unwrap();
+    for (at, value) in few.mesh.positions.iter().zip(&few.columns[0].values) {
+        assert!((at.x + 10.0 * at.y - value).abs() < 0.01, "{value} at {at}");
+    }
+}
+
+#[test]
 fn a_level_of_a_lod_file_is_the_level_that_was_made() {
     let folder = TempDir::new().unwrap();
     file(&folder, "hills.obj", &hills());
