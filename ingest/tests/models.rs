@@ -484,7 +484,7 @@ fn files_that_are_no_models_are_refused_by_name() {
         (
             "junk.spm",
             "out.ply",
-            "junk.spm: not a readable .spm file: truncated at byte 4\n",
+            "junk.spm: not a readable .spm file: not a progressive mesh file\n",
         ),
         (
             "torus.obj",

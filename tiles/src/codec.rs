@@ -92,9 +92,9 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
 }
 
 /// Reads as much of a tile as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
-/// are whole. The surface so far is complete and has the tile's outline as far as it is split. A level that is cut claims the
-/// error of the one before (infinity before the end of the first level), which the tile's maker kept to at every split but did
-/// not measure there; levels that are missing add nothing and claim no more.
+/// are whole. The surface so far is complete and has the tile's outline as far as it is split. A level that is cut has the
+/// error of the one before (infinity before the end of the first level), and so have those that are missing and add nothing. That
+/// error is certified for the level before only: between two levels nothing was measured, and surfaces may be a little worse.
 ///
 /// # Errors
 /// When the bytes are not the beginning of a tile of this version, or exceed `limits`.

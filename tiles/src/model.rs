@@ -164,8 +164,8 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
 }
 
 /// Reads as much of a model as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
-/// are whole. Corners are those of the finest surface so far. A level that is cut claims the error of the one before, which is
-/// infinite if it is the first.
+/// are whole. Corners are those of the finest surface so far. A level that is cut has the error of the one before, for which alone
+/// it is certified; infinity if it is the first.
 ///
 /// # Errors
 /// When the bytes are not the beginning of a model of this version, or exceed `limits`.

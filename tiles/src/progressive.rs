@@ -155,8 +155,7 @@ pub struct Run<'a> {
 }
 
 /// Decodes levels, of which the last may be cut: what it has whole splits of then is the last level of the partition, with the
-/// error of the one before, for it is as good at least wherever it was split and the same elsewhere; a cut first level claims
-/// nothing. The vertices of each level come in the order of their splits, and so do the triangles; corners are those of the
+/// error of the one before, though that is certified for the one before only; a cut first level has an infinite one. The vertices of each level come in the order of their splits, and so do the triangles; corners are those of the
 /// finest surface decoded. `boundary_from` is the first of the levels that split vertices of the boundary only.
 ///
 /// # Errors

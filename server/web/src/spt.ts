@@ -65,7 +65,7 @@ export function decodeTile(bytes: Uint8Array): Tile {
 
 /**
  * Decodes as much of a tile as its first bytes tell, at least its base. A level that is cut has the splits that are whole and
- * claims the error of the one before, infinity if it is the first; levels that are missing add nothing.
+ * has the error of the one before, for which alone it is certified, infinity if it is the first; levels that are missing add nothing.
  */
 export function decodeTilePrefix(bytes: Uint8Array): Tile {
   const { header, entries, start } = readHead(bytes);
@@ -202,7 +202,7 @@ function runsOf(entries: readonly Entry[], bytes: Uint8Array): Run[] {
   return runs;
 }
 
-/** Levels as far as they were decoded: one that is cut claims the error of the one before, those missing the same. */
+/** Levels as far as they were decoded: one that is cut has the error of the one before, those missing the same. */
 function levelsOf(entries: readonly Entry[], runs: readonly Run[], decoded: Levels): Level[] {
   const whole = runs.filter(({ isCut }) => !isCut).length;
   const last = {
