@@ -64,8 +64,8 @@ export function decodeTile(bytes: Uint8Array): Tile {
 }
 
 /**
- * Decodes as much of a tile as its first bytes tell, at least its base. A level that is cut has the splits that are whole and
- * has the error of the one before, for which alone it is certified, infinity if it is the first; levels that are missing add nothing.
+ * Decodes as much of a tile as its first bytes tell, at least its base. A level that is cut has the splits that are whole, and
+ * the error of the one before, for which alone it is certified; infinity if it is the first. Levels that are missing add nothing.
  */
 export function decodeTilePrefix(bytes: Uint8Array): Tile {
   const { header, entries, start } = readHead(bytes);
