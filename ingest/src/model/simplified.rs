@@ -229,3 +229,7 @@ fn from_log(model: &Model, log: &CollapseLog, order: Order) -> Result<LeveledMod
     };
     Ok(spm_file::rounded(&leveled, error)?)
 }
+
+#[cfg(test)]
+#[path = "simplified_tests.rs"]
+mod tests;
