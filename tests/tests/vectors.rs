@@ -194,7 +194,7 @@ fn counterexamples_are_drawn_as_the_papers_would_and_not_called_consistent() {
         let count = question["vertices"].as_u64().unwrap() as usize;
         question["positions"] = json!(vec![[0.0; 3]; count]);
         question["kind"] = json!("partition");
-        let told = vectors::answer(&question).unwrap_err().to_string();
+        let told = format!("{:#}", vectors::answer(&question).unwrap_err());
         assert!(told.contains(reason), "{case}: {told}");
     }
 }
