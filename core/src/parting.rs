@@ -60,15 +60,12 @@ fn with_fans(mesh: &Mesh, partners: &[u32]) -> (Mesh, Vec<u32>) {
 
 /// Tells the half-edges that another one runs beside, from the same vertex to the same vertex.
 fn meets_itself(mesh: &Mesh) -> Vec<bool> {
-    let ends = |edge: &u32| (origin(mesh, *edge), origin(mesh, next(*edge)));
-    let mut edges: Vec<u32> = (0..mesh.triangles.len() as u32).flat_map(edges_of).collect();
-    edges.sort_by_key(ends);
+    let ends = |edge| ends(mesh, edge);
+    let edges = sorted_by_key(mesh, ends);
     let mut found = vec![false; edges.len()];
-    for beside in edges
-        .chunk_by(|a, b| ends(a) == ends(b))
-        .filter(|beside| beside.len() > 1)
-    {
-        beside.iter().for_each(|&edge| found[edge as usize] = true);
+    let runs = edges.chunk_by(|&a, &b| ends(a) == ends(b));
+    for &edge in runs.filter(|beside| beside.len() > 1).flatten() {
+        found[edge as usize] = true;
     }
     found
 }
@@ -92,14 +89,13 @@ fn fan_of(partners: &[u32], start: u32, mut visit: impl FnMut(u32)) {
 /// For each half-edge the one of the triangle that the surface goes on with, or [`NONE`] at the boundary. Between partners
 /// there is inside, but outside between those along an edge of which any `is_outside`.
 fn partners(mesh: &Mesh, is_outside: &[bool]) -> Result<Vec<u32>, ManifoldError> {
-    let ends = |edge: &u32| {
-        let ends = [origin(mesh, *edge), origin(mesh, next(*edge))];
-        (ends[0].min(ends[1]), ends[0].max(ends[1]))
+    let either_way = |edge| {
+        let (from, to) = ends(mesh, edge);
+        (from.min(to), from.max(to))
     };
-    let mut edges: Vec<u32> = (0..mesh.triangles.len() as u32).flat_map(edges_of).collect();
-    edges.sort_by_key(ends);
+    let edges = sorted_by_key(mesh, either_way);
     let mut partners = vec![NONE; edges.len()];
-    for around in edges.chunk_by(|a, b| ends(a) == ends(b)) {
+    for around in edges.chunk_by(|&a, &b| either_way(a) == either_way(b)) {
         let forward = around.iter().filter(|&&edge| is_inside_before(mesh, edge)).count();
         match around.len() {
             1 => {}
@@ -108,7 +104,7 @@ fn partners(mesh: &Mesh, is_outside: &[bool]) -> Result<Vec<u32>, ManifoldError>
                 pair(mesh, around, is_outside, &mut partners);
             }
             _ => {
-                let (from, to) = ends(&around[0]);
+                let (from, to) = either_way(around[0]);
                 return Err(ManifoldError::Edge(from, to));
             }
         }
@@ -165,7 +161,20 @@ fn quarters(x: f64, y: f64) -> f64 {
 /// Whether a turn about the edge, counter-clockwise seen from its larger end, comes to the back of the triangle, which is
 /// inside. That is so if the half-edge runs to the larger end.
 fn is_inside_before(mesh: &Mesh, edge: u32) -> bool {
-    origin(mesh, edge) < origin(mesh, next(edge))
+    let (from, to) = ends(mesh, edge);
+    from < to
+}
+
+/// All half-edges, those next to each other that have the same key.
+fn sorted_by_key(mesh: &Mesh, key: impl Fn(u32) -> (u32, u32)) -> Vec<u32> {
+    let mut edges: Vec<u32> = (0..mesh.triangles.len() as u32).flat_map(edges_of).collect();
+    edges.sort_by_key(|&edge| key(edge));
+    edges
+}
+
+/// Where a half-edge begins and ends.
+fn ends(mesh: &Mesh, edge: u32) -> (u32, u32) {
+    (origin(mesh, edge), origin(mesh, next(edge)))
 }
 
 fn origin(mesh: &Mesh, edge: u32) -> u32 {

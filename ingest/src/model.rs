@@ -7,7 +7,8 @@
 //! ```
 //!
 //! An oriented 2-manifold is simplified by edge collapses (`terrain_core::model`), after surfaces that touch in vertices or
-//! along edges are parted there (`terrain_core::parting`). What is no manifold even then goes through vertex clustering (`terrain_core::clustering`), whose levels can be drawn but may pinch or lose small parts.
+//! along edges are parted there (`terrain_core::parting`). What is no manifold even then goes through vertex clustering
+//! (`terrain_core::clustering`), whose levels can be drawn but may pinch or lose small parts.
 //!
 //! **What is certified, for either:** every point of the model is within a level's error of the level's surface, and every
 //! point of the level's surface is within it of the model, in the model's units (the Hausdorff distance). It is measured on the

@@ -15,11 +15,11 @@ const LONGEST: usize = 6;
 /// What a decoder accepts from bytes that it did not make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Levels of a tile.
+    /// Levels of a tile or a mesh file.
     pub levels: usize,
-    /// Vertices of a tile.
+    /// Vertices of its finest level.
     pub vertices: usize,
-    /// Triangles of a tile.
+    /// Triangles of its finest level.
     pub triangles: usize,
 }
 

@@ -1,6 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use super::*;
+use crate::damage;
 use crate::progressive::tests::hills;
 
 fn model() -> Model {
@@ -125,30 +126,21 @@ fn a_closed_model_comes_back_from_few_bytes_and_closed_from_a_part_of_them() {
     assert!((0.8..1.1).contains(&kept), "{kept} of the volume");
 }
 
+/// What a whole decoder finds.
+fn partition_of(bytes: &[u8]) -> Option<SurfacePartition> {
+    Some(decode(bytes, &Limits::default()).ok()?.partition)
+}
+
 #[test]
 fn damaged_bytes_give_a_model_or_an_error_and_no_panic() {
-    let bytes = encode(&model()).unwrap();
-    for bit in 0..bytes.len() * 8 {
-        let mut damaged = bytes.clone();
-        damaged[bit / 8] ^= 1 << (bit % 8);
-        if let Ok(model) = decode(&damaged, &Limits::default()) {
-            partition::validate(&model.partition).unwrap();
-        }
-    }
+    damage::hold_with_flipped_bits(&encode(&model()).unwrap(), partition_of);
 }
 
 #[test]
 fn damaged_seeds_of_the_fuzz_target_give_a_model_or_an_error_and_no_panic() {
-    let seeds = crate::damage::seeds("model");
+    let seeds = damage::seeds("model");
     assert!(!seeds.is_empty(), "the corpus has a model");
-    for seed in seeds {
-        let accepted = crate::damage::accepted(&seed, |bytes| {
-            let model = decode(bytes, &Limits::default()).ok()?;
-            partition::validate(&model.partition).unwrap();
-            Some(())
-        });
-        assert!(accepted < 700, "{accepted} of 1000 damaged models were accepted");
-    }
+    damage::hold_with_damaged_seeds(&seeds, partition_of);
 }
 
 #[test]

@@ -68,7 +68,7 @@ impl Clustered<'_> {
     /// Whether the levels down to cells of a size are within an error.
     fn keeps(&self, cell: f64, error: f64, tree: &SurfaceTree) -> bool {
         let leveled = self.down_to(Some(cell));
-        leveled.is_ok_and(|leveled| keeps(&leveled.partition, error, tree))
+        leveled.is_ok_and(|leveled| keeps(&leveled.partition, 0, error, tree))
     }
 
     /// Levels of which the coarsest has cells of a size; the model alone where there is none.

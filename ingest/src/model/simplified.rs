@@ -157,9 +157,9 @@ pub(super) fn distance(partition: &SurfacePartition, level: usize, model: &Surfa
     certify::distance(&SurfaceTree::new(&partition.lod(level)), model)
 }
 
-/// Whether all levels but the finest, which is the model, are within an error of it.
-pub(super) fn keeps(partition: &SurfacePartition, error: f64, model: &SurfaceTree) -> bool {
-    let mut coarser = 0..partition.levels.len() - 1;
+/// Whether all levels from one on, 0 being the coarsest, are within an error of the model; the finest is not measured.
+pub(super) fn keeps(partition: &SurfacePartition, first: usize, error: f64, model: &SurfaceTree) -> bool {
+    let mut coarser = first..partition.levels.len() - 1;
     coarser.all(|level| distance(partition, level, model) <= error)
 }
 
@@ -187,7 +187,7 @@ fn within(error: f64, model: &Model, tree: &SurfaceTree, order: Order, progress:
         };
         let leveled = from_log(model, &collapse(&model.mesh, order.placement, goal, progress)?, order)?;
         let reached = distance(&leveled.partition, 0, tree);
-        if reached <= error && keeps(&leveled.partition, error, tree) {
+        if reached <= error && keeps(&leveled.partition, 1, error, tree) {
             return Ok(leveled);
         }
         caution *= CAUTION;
