@@ -5,9 +5,9 @@
 use cpu_time::ProcessTime;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 use terrain::{Terrain, simplifier};
-use terrain_core::forest_split::{Surface, coarsen, forest_batches, largest_batch};
-use terrain_core::reference::Bound;
-use terrain_core::simplify::{Allowance, Quality};
+use terrain_core::height_field::reference::Bound;
+use terrain_core::height_field::simplify::{Allowance, Quality};
+use terrain_core::streaming::forest_split::{Surface, coarsen, forest_batches, largest_batch};
 use terrain_core::{CollapseLog, Mesh};
 
 mod terrain;

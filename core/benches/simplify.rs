@@ -5,8 +5,8 @@
 
 use cpu_time::ProcessTime;
 use terrain::{Terrain, simplifier};
-use terrain_core::reference::Bound;
-use terrain_core::simplify::{Allowance, Quality};
+use terrain_core::height_field::reference::Bound;
+use terrain_core::height_field::simplify::{Allowance, Quality};
 
 mod terrain;
 

@@ -8,11 +8,11 @@ use std::sync::LazyLock;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use terrain_core::adaptive_surface::AdaptiveSurface;
-use terrain_core::dag::DagBuilder;
-use terrain_core::level_view::LevelView;
-use terrain_core::refinement_queues::RefinementQueues;
-use terrain_core::replay::{Demand, Replay, Step};
+use terrain_core::levels::adaptive_surface::AdaptiveSurface;
+use terrain_core::levels::dag::DagBuilder;
+use terrain_core::levels::level_view::LevelView;
+use terrain_core::levels::refinement_queues::RefinementQueues;
+use terrain_core::levels::replay::{Demand, Replay, Step};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 
 #[path = "../tests/surfaces/random.rs"]

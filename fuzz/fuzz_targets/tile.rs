@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use terrain_core::partition::validate;
+use terrain_core::levels::partition::validate;
 use terrain_fuzz::LIMITS;
 use terrain_tiles::codec::decode;
 

@@ -11,8 +11,8 @@
 //! and so is a vertex one strip's width from each end of the side.
 
 use glam::DVec2;
-use terrain_core::chain::fewest_vertices;
-use terrain_core::reference::Reference;
+use terrain_core::height_field::chain::fewest_vertices;
+use terrain_core::height_field::reference::Reference;
 
 use crate::georeference::GeoReference;
 use crate::lattice::{Edge, Lattice, STRIP};

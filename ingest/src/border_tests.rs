@@ -1,6 +1,6 @@
 use glam::DVec2;
-use terrain_core::plan::PlanMap;
-use terrain_core::reference::{Bound, Reference};
+use terrain_core::height_field::plan::PlanMap;
+use terrain_core::height_field::reference::{Bound, Reference};
 
 use super::*;
 use crate::lattice::Square;

@@ -15,8 +15,8 @@ use std::collections::BTreeSet;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use terrain_core::Mesh;
-use terrain_core::reference::Bound;
-use terrain_core::scan;
+use terrain_core::height_field::reference::Bound;
+use terrain_core::height_field::scan;
 use terrain_tiles::ellipsoid::{self, Geodetic};
 
 use crate::height_grid::HeightGrid;

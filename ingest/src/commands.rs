@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
-use terrain_core::{reference, simplify};
+use terrain_core::height_field::{reference, simplify};
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, model, peak_memory, pyramid, raster, tin, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;

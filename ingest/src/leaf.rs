@@ -12,10 +12,10 @@ use std::collections::HashMap;
 use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
 use terrain_core::Surface;
+use terrain_core::height_field::reference::Reference;
+use terrain_core::height_field::refine::{Frame, Refinement, refine};
+use terrain_core::height_field::triangulate::{Outline, stepped, triangulate};
 use terrain_core::mesh;
-use terrain_core::reference::Reference;
-use terrain_core::refine::{Frame, Refinement, refine};
-use terrain_core::triangulate::{Outline, stepped, triangulate};
 use terrain_tiles::address::Side;
 
 use crate::border::{BorderCurve, Run};

@@ -6,13 +6,13 @@
 //!                                                 .lod, .spm ──────▲       └─▶ .ply: one level
 //! ```
 //!
-//! An oriented 2-manifold is simplified by edge collapses (`terrain_core::model`), after surfaces that touch in vertices or
-//! along edges are parted there (`terrain_core::parting`). What is no manifold even then goes through vertex clustering
-//! (`terrain_core::clustering`), whose levels can be drawn but may pinch or lose small parts.
+//! An oriented 2-manifold is simplified by edge collapses (`terrain_core::space::simplify`), after surfaces that touch in vertices or
+//! along edges are parted there (`terrain_core::topology::parting`). What is no manifold even then goes through vertex clustering
+//! (`terrain_core::streaming::clustering`), whose levels can be drawn but may pinch or lose small parts.
 //!
 //! **What is certified, for either:** every point of the model is within a level's error of the level's surface, and every
 //! point of the level's surface is within it of the model, in the model's units (the Hausdorff distance). It is measured on the
-//! levels as they are written, by `terrain_core::hausdorff`, after all else is done.
+//! levels as they are written, by `terrain_core::space::hausdorff`, after all else is done.
 
 mod certify;
 mod clustered;
@@ -32,10 +32,10 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 use terrain_core::Mesh;
-use terrain_core::manifold::ManifoldError;
-use terrain_core::model::Placement;
-use terrain_core::multilevel::{self, Limits};
-use terrain_core::parting::parted;
+use terrain_core::space::simplify::Placement;
+use terrain_core::streaming::multilevel::{self, Limits};
+use terrain_core::topology::manifold::ManifoldError;
+use terrain_core::topology::parting::parted;
 use terrain_tiles::model::{DecodeError, EncodeError};
 use terrain_tiles::x3d::{Encoding, WorldError};
 use thiserror::Error;
@@ -386,7 +386,7 @@ fn report(leveled: &LeveledModel, way: Option<Way>) -> Report {
         Some(Way::Clustering(cause)) => ("clustering", Some(cause.to_string())),
     };
     let levels = leveled.partition.levels.iter().rev().enumerate();
-    let level = |(level, extent): (usize, &terrain_core::partition::Level)| LevelReport {
+    let level = |(level, extent): (usize, &terrain_core::levels::partition::Level)| LevelReport {
         level,
         vertices: extent.vertex_end as usize,
         triangles: extent.triangle_end as usize,

@@ -12,9 +12,9 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
+use terrain_core::height_field::reference::{Bound, Reference};
+use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::mesh::boundary_edges;
-use terrain_core::reference::{Bound, Reference};
-use terrain_core::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
 use terrain_tiles::codec;

@@ -18,12 +18,12 @@ use glam::{DVec2, DVec3};
 use indicatif::HumanCount;
 use serde::Serialize;
 use terrain_core::Surface;
+use terrain_core::height_field::plan::PlanMap;
+use terrain_core::height_field::reference::{Bound, Reference};
+use terrain_core::height_field::refine::{Refinement, refine};
+use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
+use terrain_core::height_field::triangulate::{Outline, triangulate};
 use terrain_core::mesh::{self, Mesh};
-use terrain_core::plan::PlanMap;
-use terrain_core::reference::{Bound, Reference};
-use terrain_core::refine::{Refinement, refine};
-use terrain_core::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
-use terrain_core::triangulate::{Outline, triangulate};
 
 use crate::height_grid::HeightGrid;
 use crate::model::write_binary;

@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 
 use geo::{Area, Coord, LineString, Polygon};
 use tempfile::TempDir;
-use terrain_core::reference::Bound;
-use terrain_core::simplify::Quality;
+use terrain_core::height_field::reference::Bound;
+use terrain_core::height_field::simplify::Quality;
 use terrain_ingest::verify::ArchiveReport;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};

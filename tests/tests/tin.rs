@@ -4,8 +4,8 @@
 
 use glam::DVec2;
 use tempfile::TempDir;
-use terrain_core::reference::Bound;
-use terrain_core::simplify::Quality;
+use terrain_core::height_field::reference::Bound;
+use terrain_core::height_field::simplify::Quality;
 use terrain_ingest::georeference::GeoReference;
 use terrain_ingest::verify::MeshReport;
 use terrain_ingest::{HeightGrid, Progress, tin, verify};

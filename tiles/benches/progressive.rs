@@ -6,7 +6,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::DVec3;
 use terrain_core::SurfacePartition;
-use terrain_core::partition::Level;
+use terrain_core::levels::partition::Level;
 use terrain_tiles::codec::{self, Limits};
 use terrain_tiles::model::{self, Model};
 

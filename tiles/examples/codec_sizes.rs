@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use serde_json::json;
-use terrain_core::partition::Level;
+use terrain_core::levels::partition::Level;
 use terrain_core::{Mesh, SurfacePartition};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::codec::{self, Limits};

@@ -10,7 +10,7 @@
 use glam::DVec3;
 use integer_encoding::VarInt;
 use terrain_core::SurfacePartition;
-use terrain_core::partition;
+use terrain_core::levels::partition;
 use thiserror::Error;
 
 use crate::address::{Side, TileAddress};

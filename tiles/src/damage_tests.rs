@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use terrain_core::SurfacePartition;
-use terrain_core::partition;
+use terrain_core::levels::partition;
 
 /// The files of one target's corpus, in the order of their names.
 pub(crate) fn seeds(target: &str) -> Vec<Vec<u8>> {

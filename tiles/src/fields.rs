@@ -4,7 +4,7 @@
 use std::num::TryFromIntError;
 
 use integer_encoding::VarInt;
-use terrain_core::partition::{Level, PartitionError};
+use terrain_core::levels::partition::{Level, PartitionError};
 use thiserror::Error;
 
 use crate::progressive::{Damaged, Run, Sampling};

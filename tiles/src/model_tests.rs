@@ -82,7 +82,7 @@ fn torus(side: u32) -> SurfacePartition {
         representatives: (0..side * side).collect(),
         blue_positions: positions.clone(),
         positions,
-        levels: vec![terrain_core::partition::Level {
+        levels: vec![terrain_core::levels::partition::Level {
             vertex_end: side * side,
             triangle_end: triangles.len() as u32,
             error: 0.0,

@@ -23,7 +23,7 @@ mod surface;
 
 use glam::DVec3;
 use terrain_core::SurfacePartition;
-use terrain_core::partition::{self, Level, PartitionError};
+use terrain_core::levels::partition::{self, Level, PartitionError};
 use thiserror::Error;
 
 use base::Base;

@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use super::*;
-use terrain_core::collapse_log::{Band, Collapse, CollapseLog};
+use terrain_core::levels::collapse_log::{Band, Collapse, CollapseLog};
 use terrain_core::mesh::Mesh;
 
 /// A hilly square of `side`² vertices, and a log that collapses every other vertex of each row into the next, moving it midway.

@@ -3,14 +3,14 @@
 //! After A. Guéziec, G. Taubin, B. Horn, F. Lazarus, *A Framework for Streaming Geometry in VRML*, IEEE Computer Graphics
 //! and Applications 19(2), 1999, "VRML implementation" and Figures 7 and 8. The world holds the paper's prototype
 //! `MultiLevelProgIfs`, whose script (`x3d/multilevel.js`) is ECMAScript where theirs is Java; the mesh stays in the
-//! papers' ASCII file ([`to_ascii`](terrain_core::multilevel::to_ascii)) beside the world. `docs/formats/world.md` says what
+//! papers' ASCII file ([`to_ascii`](terrain_core::streaming::multilevel::to_ascii)) beside the world. `docs/formats/world.md` says what
 //! the prototype offers.
 
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use terrain_core::multilevel::MultilevelMesh;
+use terrain_core::streaming::multilevel::MultilevelMesh;
 use thiserror::Error;
 
 const SCRIPT: &str = include_str!("x3d/multilevel.js");

@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use roxmltree::{Document, Node};
-use terrain_core::multilevel::{LevelBatch, Limits};
+use terrain_core::streaming::multilevel::{LevelBatch, Limits};
 
 use super::*;
 

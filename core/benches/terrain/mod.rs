@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3};
 use terrain_core::Surface;
-use terrain_core::plan::PlanMap;
-use terrain_core::reference::{Bound, Reference};
-use terrain_core::refine::{Refinement, refine};
-use terrain_core::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
-use terrain_core::triangulate::{Outline, triangulate};
+use terrain_core::height_field::plan::PlanMap;
+use terrain_core::height_field::reference::{Bound, Reference};
+use terrain_core::height_field::refine::{Refinement, refine};
+use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
+use terrain_core::height_field::triangulate::{Outline, triangulate};
 
 /// Metres by which the midpoint of neighbouring samples may be displaced, and how that grows with distance: some 0.16
 /// triangles a sample are left at 5 m, as on SRTM of mountains.

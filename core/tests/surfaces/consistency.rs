@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 use spade::{DelaunayTriangulation, Point2, Triangulation};
-use terrain_core::adaptive_surface::AdaptiveSurface;
-use terrain_core::connectivity::Connectivity;
-use terrain_core::level_view::LevelView;
-use terrain_core::refinement_queues::RefinementQueues;
-use terrain_core::replay::{Demand, Replay};
-use terrain_core::{Collapse, CollapseLog, Mesh, SurfacePartition, manifold, mesh};
+use terrain_core::levels::adaptive_surface::AdaptiveSurface;
+use terrain_core::levels::level_view::LevelView;
+use terrain_core::levels::refinement_queues::RefinementQueues;
+use terrain_core::levels::replay::{Demand, Replay};
+use terrain_core::topology::connectivity::Connectivity;
+use terrain_core::topology::manifold;
+use terrain_core::{Collapse, CollapseLog, Mesh, SurfacePartition, mesh};
 
 use crate::random::random_log;
 
@@ -162,7 +163,7 @@ fn every_level_is_the_collapses_of_lower_levels() {
         let replay = Replay::run(&field.mesh, &field.log, Demand::Consistent, |_| ()).unwrap();
         let batches = replay.level_batches(&field.log, 0.0);
         let partition = SurfacePartition::from_replay(&field.mesh, &replay, &batches).unwrap();
-        terrain_core::partition::validate(&partition).unwrap();
+        terrain_core::levels::partition::validate(&partition).unwrap();
         let (vertices, triangles) = (replay.vertex_order(), replay.triangle_order());
         let mut view = LevelView::new(&partition);
         let mut levels: Vec<u32> = (1..=replay.top_level).collect();

@@ -1,8 +1,8 @@
 //! A change of the surface costs what changes, however large the mesh is around it.
 
 use glam::DVec2;
-use terrain_core::adaptive_surface::AdaptiveSurface;
-use terrain_core::refinement_queues::{Changes, RefinementQueues};
+use terrain_core::levels::adaptive_surface::AdaptiveSurface;
+use terrain_core::levels::refinement_queues::{Changes, RefinementQueues};
 
 use crate::random::{grid, random_log};
 

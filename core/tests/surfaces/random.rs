@@ -1,9 +1,9 @@
 //! Grids, and collapses of random edges, for tests and benchmarks.
 
 use glam::DVec3;
-use terrain_core::collapse_log::{Band, Collapse, CollapseLog};
-use terrain_core::connectivity::{Connectivity, EdgeStar};
+use terrain_core::levels::collapse_log::{Band, Collapse, CollapseLog};
 use terrain_core::mesh::{Mesh, plan_orientation};
+use terrain_core::topology::connectivity::{Connectivity, EdgeStar};
 
 /// A square grid of `side` times `side` vertices, one unit apart.
 pub(crate) fn grid(side: u32) -> Mesh {

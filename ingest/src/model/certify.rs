@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use terrain_core::hausdorff::{PRECISION, SurfaceTree};
+use terrain_core::space::hausdorff::{PRECISION, SurfaceTree};
 
 /// Triangles that one thread measures in one go; the result depends on it, but not on the number of threads.
 const RUN: usize = 256;

@@ -1,8 +1,8 @@
 //! Levels of models that are no manifolds: vertices cluster in the cells of grids, half as wide from level to level.
 
 use anyhow::Result;
-use terrain_core::clustering::{Clustering, clustered_mesh, grid_clusterings};
-use terrain_core::hausdorff::SurfaceTree;
+use terrain_core::space::hausdorff::SurfaceTree;
+use terrain_core::streaming::clustering::{Clustering, clustered_mesh, grid_clusterings};
 
 use super::Model;
 use super::levels::{LeveledColumn, LeveledModel};

@@ -1,9 +1,9 @@
 //! A surface with its levels of detail, and what its vertices have besides positions.
 
 use glam::DVec3;
-use terrain_core::attribute::Attribute;
-use terrain_core::level_view::LevelView;
-use terrain_core::replay::{Replay, Step};
+use terrain_core::levels::attribute::Attribute;
+use terrain_core::levels::level_view::LevelView;
+use terrain_core::levels::replay::{Replay, Step};
 use terrain_core::{Mesh, SurfacePartition};
 
 use super::spm_file::Lattice;

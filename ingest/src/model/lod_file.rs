@@ -6,7 +6,7 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use terrain_core::multilevel::{AsciiReader, Limits, MultilevelMesh, to_ascii};
+use terrain_core::streaming::multilevel::{AsciiReader, Limits, MultilevelMesh, to_ascii};
 
 use super::ModelError;
 use super::levels::LeveledModel;

@@ -5,7 +5,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use glam::DVec3;
-use terrain_core::multilevel::Limits;
+use terrain_core::streaming::multilevel::Limits;
 
 use super::polygons::Polygons;
 use super::{Column, ModelError, Storage};

@@ -8,7 +8,7 @@ use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
 use terrain_core::Mesh;
-use terrain_core::multilevel::Limits;
+use terrain_core::streaming::multilevel::Limits;
 
 use super::polygons::Polygons;
 use super::{Column, ModelError, Storage};

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use terrain_core::Mesh;
-use terrain_core::multilevel::Limits;
+use terrain_core::streaming::multilevel::Limits;
 
 use super::{Column, Model, ModelError};
 

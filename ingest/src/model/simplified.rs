@@ -12,11 +12,11 @@
 use std::borrow::Cow;
 
 use anyhow::Result;
-use terrain_core::connectivity::Connectivity;
-use terrain_core::hausdorff::SurfaceTree;
-use terrain_core::manifold::{self, ManifoldError};
-use terrain_core::model::{Goal, ModelSimplifier, Placement};
-use terrain_core::replay::{Demand, Replay};
+use terrain_core::levels::replay::{Demand, Replay};
+use terrain_core::space::hausdorff::SurfaceTree;
+use terrain_core::space::simplify::{Goal, ModelSimplifier, Placement};
+use terrain_core::topology::connectivity::Connectivity;
+use terrain_core::topology::manifold::{self, ManifoldError};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 use thiserror::Error;
 

@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use glam::DVec3;
-use terrain_core::collapse_log::{Band, Collapse};
+use terrain_core::levels::collapse_log::{Band, Collapse};
 
 use super::*;
 

@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use terrain_core::{Mesh, mesh, partition};
+use terrain_core::levels::partition;
+use terrain_core::{Mesh, mesh};
 use terrain_tiles::ellipsoid::{Geodetic, to_earth_centred};
 use terrain_tiles::tile::{Detail, Tile};
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
-use terrain_core::dag::CollapseDag;
+use terrain_core::levels::dag::CollapseDag;
 
 use super::input;
 

@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
-use terrain_core::clustering::{Clustering, clustered_mesh};
-use terrain_core::multilevel::{LevelView, to_ascii};
+use terrain_core::streaming::clustering::{Clustering, clustered_mesh};
+use terrain_core::streaming::multilevel::{LevelView, to_ascii};
 
 use super::{input, multilevel};
 

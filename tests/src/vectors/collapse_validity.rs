@@ -3,8 +3,8 @@
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
-use terrain_core::connectivity::{Connectivity, EdgeStar};
-use terrain_core::manifold;
+use terrain_core::topology::connectivity::{Connectivity, EdgeStar};
+use terrain_core::topology::manifold;
 
 use super::input;
 

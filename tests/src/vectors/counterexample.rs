@@ -7,12 +7,12 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
-use terrain_core::adaptive_surface::AdaptiveSurface;
-use terrain_core::dag::DagBuilder;
-use terrain_core::forest_split::{Surface, coarsen};
-use terrain_core::level_view::LevelView;
-use terrain_core::refinement_queues::RefinementQueues;
-use terrain_core::replay::{Demand, Replay};
+use terrain_core::levels::adaptive_surface::AdaptiveSurface;
+use terrain_core::levels::dag::DagBuilder;
+use terrain_core::levels::level_view::LevelView;
+use terrain_core::levels::refinement_queues::RefinementQueues;
+use terrain_core::levels::replay::{Demand, Replay};
+use terrain_core::streaming::forest_split::{Surface, coarsen};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 
 use super::audit::Audit;

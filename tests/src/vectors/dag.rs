@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
-use terrain_core::adaptive_surface::AdaptiveSurface;
-use terrain_core::compressed_rows::CompressedRows;
-use terrain_core::dag::CollapseDag;
-use terrain_core::refinement_queues::RefinementQueues;
+use terrain_core::levels::adaptive_surface::AdaptiveSurface;
+use terrain_core::levels::dag::CollapseDag;
+use terrain_core::levels::refinement_queues::RefinementQueues;
+use terrain_core::topology::compressed_rows::CompressedRows;
 
 use super::input;
 

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use terrain_core::forest_split::{ForestSplit, Surface, coarsen};
+use terrain_core::streaming::forest_split::{ForestSplit, Surface, coarsen};
 
 use super::input;
 

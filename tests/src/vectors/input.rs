@@ -5,7 +5,7 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
-use terrain_core::collapse_list::{self, ListedCollapse};
+use terrain_core::levels::collapse_list::{self, ListedCollapse};
 use terrain_core::{CollapseLog, Mesh};
 
 /// A value of a known shape under `key`.

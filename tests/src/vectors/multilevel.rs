@@ -4,8 +4,8 @@
 use anyhow::{Result, bail};
 use serde_json::{Map, Value, json};
 use terrain_core::SurfacePartition;
-use terrain_core::multilevel::{LevelView, Limits, MultilevelMesh, to_ascii};
-use terrain_core::replay::{Demand, Replay};
+use terrain_core::levels::replay::{Demand, Replay};
+use terrain_core::streaming::multilevel::{LevelView, Limits, MultilevelMesh, to_ascii};
 
 use super::input;
 

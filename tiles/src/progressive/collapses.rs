@@ -7,9 +7,9 @@
 //! ```
 
 use glam::DVec3;
-use terrain_core::connectivity::{Connectivity, EdgeStar};
-use terrain_core::dag::{CollapseDag, DagBuilder};
-use terrain_core::replay::Step;
+use terrain_core::levels::dag::{CollapseDag, DagBuilder};
+use terrain_core::levels::replay::Step;
+use terrain_core::topology::connectivity::{Connectivity, EdgeStar};
 use terrain_core::{Collapse, Mesh, SurfacePartition};
 
 use super::flatness::{Flatness, Neighbourhood};

@@ -1,7 +1,7 @@
 //! Which collapse of an edge changes a surface least, for collapses that only the codec sees.
 
 use glam::DVec3;
-use terrain_core::connectivity::Connectivity;
+use terrain_core::topology::connectivity::Connectivity;
 
 /// Both ends of such a collapse have at most this many triangles together.
 const MAX_TRIANGLES: usize = 20;

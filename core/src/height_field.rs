@@ -1,0 +1,21 @@
+//! Height fields: a mesh over a grid of samples is triangulated, refined and simplified inside a tolerance volume.
+//!
+//! ```text
+//! reference ──triangulate, refine──▶ Surface ──thin──▶ Mesh ──simplify──▶ CollapseLog
+//! ```
+
+pub mod chain;
+pub(crate) mod collapse;
+pub(crate) mod fan;
+pub(crate) mod filters;
+pub(crate) mod improve;
+pub(crate) mod interval;
+pub(crate) mod outline;
+pub mod plan;
+pub mod reference;
+pub mod refine;
+pub(crate) mod samples;
+pub mod scan;
+pub mod simplify;
+pub mod surface;
+pub mod triangulate;

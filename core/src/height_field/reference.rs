@@ -1,0 +1,333 @@
+//! The reference surface of a tolerance volume: samples on a grid, bilinear in each cell, and how far a flat triangle
+//! or edge strays from it.
+//!
+//! Everything is measured in *grid coordinates* (column, row; whole numbers at the samples). A triangle that is flat in
+//! space hangs below the straight interpolation of its corners' heights by the sagitta of the Earth's curvature: with
+//! `q(c, r) = kx·c² + ky·r²` it is linear in `height − q`. A cell with a void corner is no surface.
+//!
+//! ```text
+//! against a bilinear cell the difference of an edge is a parabola in each piece between grid lines:
+//! its extremes are at the piece's ends or at the parabola's summit; that of a triangle is at samples or on its edges
+//! ```
+
+use glam::DVec2;
+
+use crate::height_field::plan::PlanMap;
+use crate::height_field::scan;
+
+/// Cells within which a point is on a grid line: rounding must not hide the samples along an edge.
+pub(crate) const ON_A_LINE: f64 = 1e-7;
+
+/// Where the promised bound holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// At every point of the bilinear surface.
+    Surface,
+    /// At the samples only.
+    Samples,
+}
+
+/// Samples on a grid, and how a mesh's plan coordinates lie over them.
+#[derive(Clone, Debug)]
+pub struct Reference<'a> {
+    /// Samples in a row.
+    pub columns: usize,
+    /// Rows.
+    pub rows: usize,
+    /// Row by row, metres; NaN is void.
+    pub heights: &'a [f32],
+    /// Between the mesh's plan coordinates and the grid's.
+    pub plan: PlanMap,
+    /// `kx` and `ky` of each row: squared ground metres of a step over twice the Earth's radius; 0 on a plane.
+    pub curvature: &'a [DVec2],
+    /// Ground metres of a column and of a row step, for distances in plan.
+    pub ground: DVec2,
+    /// Where the bound is to hold.
+    pub bound: Bound,
+}
+
+/// A mesh vertex over the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridPoint {
+    /// Column and row.
+    pub grid: DVec2,
+    /// Metres.
+    pub height: f64,
+}
+
+/// The largest difference found so far, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// Metres, never negative.
+    pub size: f64,
+    /// Column and row.
+    pub at: DVec2,
+}
+
+impl Deviation {
+    /// Nothing found yet.
+    pub const NONE: Self = Self {
+        size: 0.0,
+        at: DVec2::ZERO,
+    };
+
+    fn include(&mut self, difference: f64, at: impl FnOnce() -> DVec2) {
+        if difference.abs() > self.size {
+            *self = Self {
+                size: difference.abs(),
+                at: at(),
+            };
+        }
+    }
+
+    /// The larger of two.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        if other.size > self.size { other } else { self }
+    }
+}
+
+/// A part of an edge `a → b` inside one valid cell. Where the edge meets the surface at the parameter
+/// `start + s · (end − start)`, the straight line between its ends' heights has the height
+/// `first + s · (last − first) − bend · s · (1 − s)`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    pub(crate) start: f64,
+    pub(crate) end: f64,
+    pub(crate) first: f64,
+    pub(crate) last: f64,
+    pub(crate) bend: f64,
+}
+
+impl Piece {
+    /// Differences from an edge between two heights at both ends, and at the summit in between if there is one.
+    fn differences(&self, a: f64, b: f64) -> [f64; 3] {
+        let first = self.first - (a + self.start * (b - a));
+        let last = self.last - (a + self.end * (b - a));
+        let rise = last - first;
+        let summit = if rise.abs() < self.bend.abs() {
+            (first + last) / 2.0 - self.bend / 4.0 - rise * rise / (4.0 * self.bend)
+        } else {
+            first
+        };
+        [first, summit, last]
+    }
+
+    /// Largest difference from an edge between two heights.
+    pub(crate) fn deviation(&self, a: f64, b: f64) -> f64 {
+        let [first, summit, last] = self.differences(a, b).map(f64::abs);
+        first.max(summit).max(last)
+    }
+
+    /// Where the piece differs most from an edge between two heights, away from its ends, and the surface there.
+    pub(crate) fn summit_from(&self, a: f64, b: f64) -> (f64, f64) {
+        let [first, _, last] = self.differences(a, b);
+        let t = self.summit(first, last);
+        let share = (t - self.start) / (self.end - self.start);
+        (
+            t,
+            self.first + share * (self.last - self.first) - self.bend * share * (1.0 - share),
+        )
+    }
+
+    /// The surface at the middle of the piece.
+    pub(crate) fn middle(&self) -> f64 {
+        (self.first + self.last) / 2.0 - self.bend / 4.0
+    }
+
+    fn summit(&self, first: f64, last: f64) -> f64 {
+        let share = 0.5 - (last - first) / (2.0 * self.bend);
+        self.start + share * (self.end - self.start)
+    }
+}
+
+impl Reference<'_> {
+    /// Height of a sample; NaN where it is void.
+    #[must_use]
+    pub fn sample(&self, column: usize, row: usize) -> f64 {
+        f64::from(self.heights[row * self.columns + column])
+    }
+
+    /// Whether the cell whose first corner is (`column`, `row`) has four samples.
+    #[must_use]
+    pub fn cell_is_valid(&self, column: i64, row: i64) -> bool {
+        let inside = column >= 0 && row >= 0 && column + 1 < self.columns as i64 && row + 1 < self.rows as i64;
+        inside
+            && !self
+                .corners(column as usize, row as usize)
+                .iter()
+                .any(|height| height.is_nan())
+    }
+
+    /// Height of the surface at a point; where some corners of its cell are void, of what samples there are.
+    #[must_use]
+    pub fn height_near(&self, grid: DVec2) -> Option<f64> {
+        let limit = DVec2::new(self.columns as f64 - 1.0, self.rows as f64 - 1.0);
+        let inside = grid.clamp(DVec2::ZERO, limit);
+        let first = inside.floor().min((limit - 1.0).max(DVec2::ZERO));
+        let weight = inside - first;
+        let (mut total, mut height) = (0.0, 0.0);
+        for (column, across) in [(0.0, 1.0 - weight.x), (1.0, weight.x)] {
+            for (row, down) in [(0.0, 1.0 - weight.y), (1.0, weight.y)] {
+                let sample = self.sample((first.x + column) as usize, (first.y + row) as usize);
+                if !sample.is_nan() && across * down > 0.0 {
+                    total += across * down;
+                    height += across * down * sample;
+                }
+            }
+        }
+        (total > 1e-9).then(|| height / total)
+    }
+
+    /// `kx` and `ky` at a row.
+    pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
+        self.curvature[(row.max(0.0) as usize).min(self.rows - 1)]
+    }
+
+    /// Largest difference between the triangle and the samples that it covers.
+    #[must_use]
+    pub fn triangle_deviation(&self, corners: [GridPoint; 3]) -> Deviation {
+        let [a, b, c] = corners;
+        let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
+        let area = to_b.perp_dot(to_c);
+        let mut worst = Deviation::NONE;
+        if area == 0.0 {
+            return worst;
+        }
+        let curvature = self.curvature_at((a.grid.y + b.grid.y + c.grid.y) / 3.0);
+        let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
+        let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
+        let slope = (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area;
+        scan::visit_rows([a.grid, b.grid, c.grid], [self.columns, self.rows], |row, columns| {
+            let down = scan::double(row) - a.grid.y;
+            let at_row = a.height + (slope.y + curvature.y * down) * down;
+            let samples = &self.heights[row * self.columns..][columns.clone()];
+            let from_a = scan::double(columns.start) - a.grid.x;
+            let difference = |step: usize, sample: f32| {
+                let across = from_a + scan::double(step);
+                (f64::from(sample) - at_row - (slope.x + curvature.x * across) * across).abs()
+            };
+            let (mut size, mut place) = (worst.size, usize::MAX);
+            for (step, &sample) in samples.iter().enumerate() {
+                let found = difference(step, sample);
+                if found > size {
+                    (size, place) = (found, step);
+                }
+            }
+            if place != usize::MAX {
+                worst = Deviation {
+                    size,
+                    at: DVec2::new((columns.start + place) as f64, row as f64),
+                };
+            }
+        });
+        worst
+    }
+
+    /// Largest difference between the straight edge and the bilinear surface under it, exactly.
+    #[must_use]
+    pub fn edge_deviation(&self, a: GridPoint, b: GridPoint) -> Deviation {
+        let mut worst = Deviation::NONE;
+        let at = |t: f64| a.grid.lerp(b.grid, t);
+        self.visit_pieces(a.grid, b.grid, |piece| {
+            let [first, summit, last] = piece.differences(a.height, b.height);
+            worst.include(first, || at(piece.start));
+            worst.include(last, || at(piece.end));
+            worst.include(summit, || at(piece.summit(first, last)));
+        });
+        worst
+    }
+
+    /// Sum of the squared differences between the edge and the surface, at the middle and the end of each piece; none
+    /// where one is beyond the tolerance.
+    pub(crate) fn edge_squares(&self, a: GridPoint, b: GridPoint, tolerance: f64) -> Option<f64> {
+        let (mut squares, mut is_within) = (0.0, true);
+        self.visit_pieces(a.grid, b.grid, |piece| {
+            let at = |t: f64| a.height + t * (b.height - a.height);
+            let middle = piece.middle() - at((piece.start + piece.end) / 2.0);
+            let last = piece.last - at(piece.end);
+            squares += middle * middle + last * last;
+            is_within &= piece.deviation(a.height, b.height) <= tolerance;
+        });
+        is_within.then_some(squares)
+    }
+
+    /// Calls `visit` with each piece of the edge `a → b` in a valid cell, or on the side of one.
+    pub(crate) fn visit_pieces(&self, a: DVec2, b: DVec2, mut visit: impl FnMut(Piece)) {
+        let direction = b - a;
+        let hang = self.curvature_at((a.y + b.y) / 2.0).dot(direction * direction);
+        let hanging = |t: f64| hang * t * (1.0 - t);
+        let mut before: Option<f64> = None;
+        scan::visit_cells(a, b, |start, end| {
+            let [from, middle, to] = [start, (start + end) / 2.0, end].map(|t| a + direction * t);
+            let Some(cell) = self.cell_under(middle) else {
+                before = None;
+                return;
+            };
+            let first = before.unwrap_or_else(|| cell.height(from) + hanging(start));
+            let last = cell.height(to) + hanging(end);
+            before = Some(last);
+            let (step, length) = (to - from, end - start);
+            visit(Piece {
+                start,
+                end,
+                first,
+                last,
+                bend: cell.twist * step.x * step.y - hang * length * length,
+            });
+        });
+    }
+
+    /// The valid cell at a point; either neighbour where the point is on a grid line.
+    fn cell_under(&self, point: DVec2) -> Option<Cell> {
+        let index = |coordinate: f64, count: usize| (coordinate.max(0.0) as usize).min(count.saturating_sub(2));
+        let (column, row) = (index(point.x, self.columns), index(point.y, self.rows));
+        let cell = self.cell(column, row);
+        if !cell.twist.is_nan() {
+            return Some(cell);
+        }
+        let before = |coordinate: f64, index: usize| {
+            if coordinate - (index as f64) < ON_A_LINE {
+                index.saturating_sub(1)
+            } else {
+                index
+            }
+        };
+        let neighbour = self.cell(before(point.x, column), before(point.y, row));
+        (!neighbour.twist.is_nan()).then_some(neighbour)
+    }
+
+    fn cell(&self, column: usize, row: usize) -> Cell {
+        let [h00, h10, h01, h11] = self.corners(column, row);
+        Cell {
+            first: DVec2::new(column as f64, row as f64),
+            height: h00,
+            slope: DVec2::new(h10 - h00, h01 - h00),
+            twist: h00 - h10 - h01 + h11,
+        }
+    }
+
+    fn corners(&self, column: usize, row: usize) -> [f64; 4] {
+        let (above, below) = (row * self.columns + column, (row + 1) * self.columns + column);
+        [above, above + 1, below, below + 1].map(|index| f64::from(self.heights[index]))
+    }
+}
+
+/// The bilinear form of a cell; its twist is NaN where a corner is void.
+struct Cell {
+    first: DVec2,
+    height: f64,
+    slope: DVec2,
+    twist: f64,
+}
+
+impl Cell {
+    fn height(&self, at: DVec2) -> f64 {
+        let inside = at - self.first;
+        self.height + self.slope.dot(inside) + self.twist * inside.x * inside.y
+    }
+}
+
+#[cfg(test)]
+#[path = "reference_tests.rs"]
+mod tests;

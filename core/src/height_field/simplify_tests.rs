@@ -1,0 +1,367 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
+use glam::DVec2;
+
+use super::*;
+use crate::height_field::collapse::SPIKE;
+use crate::height_field::plan::PlanMap;
+use crate::height_field::reference::{Bound, Reference};
+use crate::height_field::refine::{Refinement, refine};
+use crate::height_field::triangulate::{Outline, triangulate};
+use crate::levels::partition::{self, SurfacePartition};
+use crate::mesh::{self, Mesh};
+
+const SIZE: usize = 33;
+/// Metres by which rounding in doubles may put a deviation above its bound.
+const ROUNDING: f64 = 1e-9;
+/// Plan units in a cell.
+const SCALE: f64 = 16.0;
+
+fn hills() -> Vec<f32> {
+    let wave = |i: usize, period: f32| (i as f32 / period).sin();
+    (0..SIZE * SIZE)
+        .map(|i| 40.0 * wave(i % SIZE, 5.0) * wave(i / SIZE, 7.0) + ((i * 7919) % 13) as f32 * 0.4)
+        .collect()
+}
+
+fn reference<'a>(heights: &'a [f32], curvature: &'a [DVec2], bound: Bound) -> Reference<'a> {
+    let plan = PlanMap::fit(
+        DVec2::ZERO,
+        DVec2::splat((SIZE - 1) as f64 * SCALE),
+        |p| p / SCALE,
+        |p| p * SCALE,
+    );
+    Reference {
+        columns: SIZE,
+        rows: SIZE,
+        heights,
+        plan,
+        curvature,
+        ground: DVec2::splat(30.0),
+        bound,
+    }
+}
+
+fn square(heights: &[f32]) -> Outline {
+    let last = SIZE - 1;
+    let corners = [(0, 0), (last, 0), (last, last), (0, last)];
+    let vertex =
+        |(c, r): (usize, usize)| DVec3::new(c as f64 * SCALE, r as f64 * SCALE, f64::from(heights[r * SIZE + c]));
+    let vertices = corners.map(vertex).to_vec();
+    Outline {
+        vertices,
+        segments: vec![[0, 1], [1, 2], [2, 3], [3, 0]],
+        has_outside: false,
+    }
+}
+
+fn refined<'a>(reference: &'a Reference<'a>, tolerance: f64, height_step: f64) -> Surface<'a> {
+    let mesh = triangulate(&square(reference.heights), |_| true).unwrap();
+    let mut surface = Surface::new(&mesh, reference);
+    let frame = None;
+    refine(
+        &mut surface,
+        Refinement {
+            tolerance,
+            height_step,
+            frame,
+        },
+    );
+    surface.in_memory_order()
+}
+
+fn simplifier(surface: Surface, quality: Quality) -> Simplifier {
+    let kinds = vec![VertexKind::Free; surface.vertex_count()];
+    let shape = Shape {
+        height_step: 0.125,
+        least_altitude: 1.0,
+    };
+    Simplifier::new(surface, kinds, shape, quality)
+}
+
+fn worst(reference: &Reference, mesh: &Mesh) -> f64 {
+    let point = |v: u32| {
+        let position = mesh.positions[v as usize];
+        crate::height_field::reference::GridPoint {
+            grid: position.truncate() / SCALE,
+            height: position.z,
+        }
+    };
+    let mut worst: f64 = 0.0;
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(point);
+        worst = worst.max(reference.triangle_deviation([a, b, c]).size);
+        if reference.bound == Bound::Surface {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                worst = worst.max(reference.edge_deviation(from, to).size);
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn refined_and_simplified_surfaces_stay_inside_the_volume_at_every_level() {
+    let (heights, curvature) = (hills(), [DVec2::splat(1e-6); SIZE]);
+    for bound in [Bound::Surface, Bound::Samples] {
+        let reference = reference(&heights, &curvature, bound);
+        let surface = refined(&reference, 2.0, 0.125);
+        let (fine, _) = surface.mesh();
+        mesh::validate(&fine).unwrap();
+        assert!(
+            worst(&reference, &fine) <= 2.0,
+            "{bound:?} {}",
+            worst(&reference, &fine)
+        );
+        let mut simplifier = simplifier(surface, Quality::Default);
+        for vertical in [2.0, 4.0, 8.0] {
+            simplifier.simplify(Allowance { vertical, outline: 0.0 });
+        }
+        let partition = SurfacePartition::from_log(&fine, simplifier.log(), 2.0).unwrap();
+        partition::validate(&partition).unwrap();
+        let mut counts = Vec::new();
+        for (level, claimed) in partition.levels.iter().enumerate() {
+            let mesh = partition.lod(level);
+            mesh::validate(&mesh).unwrap();
+            let measured = worst(&reference, &mesh);
+            assert!(
+                measured <= claimed.error + ROUNDING,
+                "{bound:?} level {level}: {measured}"
+            );
+            counts.push(mesh.triangles.len());
+        }
+        assert!(counts.windows(2).all(|pair| pair[0] * 10 < pair[1] * 9), "{counts:?}");
+        assert_eq!(simplifier.surface().triangle_count(), counts[0]);
+    }
+}
+
+#[test]
+fn thinned_surfaces_stay_inside_the_volume_and_more_work_leaves_fewer_triangles() {
+    let (heights, curvature) = (hills(), [DVec2::splat(1e-6); SIZE]);
+    for bound in [Bound::Surface, Bound::Samples] {
+        let reference = reference(&heights, &curvature, bound);
+        let count = |quality| {
+            let mut simplifier = simplifier(refined(&reference, 2.0, 0.125), quality);
+            simplifier.thin(Allowance {
+                vertical: 2.0,
+                outline: 0.0,
+            });
+            assert!(simplifier.log().collapses.is_empty(), "thinning leaves no record");
+            let (mesh, _) = simplifier.into_surface().mesh();
+            mesh::validate(&mesh).unwrap();
+            let measured = worst(&reference, &mesh);
+            assert!(measured <= 2.0 + ROUNDING, "{bound:?} {quality:?}: {measured}");
+            mesh.triangles.len()
+        };
+        let [fast, default, best] = [Quality::Fast, Quality::Default, Quality::Best].map(count);
+        assert!(
+            default * 100 < fast * 97 && best * 100 < default * 95,
+            "{fast} {default} {best}"
+        );
+    }
+}
+
+#[test]
+fn every_sample_stays_under_the_triangle_whose_list_it_is_in() {
+    let (heights, curvature) = (hills(), [DVec2::ZERO; SIZE]);
+    let reference = reference(&heights, &curvature, Bound::Samples);
+    let mut simplifier = simplifier(refined(&reference, 1.0, 0.125), Quality::Best);
+    simplifier.thin(Allowance {
+        vertical: 4.0,
+        outline: 0.0,
+    });
+    let mut seen = 0;
+    for (triangle, corners) in simplifier.surface.triangles() {
+        let corners = corners.map(|corner| simplifier.surface.point(corner).grid);
+        let mut found = Vec::new();
+        simplifier.samples.gather(&reference, triangle, &mut found);
+        for sample in &found {
+            let side = |i: usize| (corners[(i + 1) % 3] - corners[i]).perp_dot(sample.at - corners[i]);
+            assert!((0..3).all(|i| side(i) >= -1e-9), "{sample:?} is outside {corners:?}");
+        }
+        seen += found.len();
+    }
+    assert_eq!(seen, SIZE * SIZE, "each sample is under one triangle");
+}
+
+#[test]
+fn no_vertex_stands_out_of_the_surface_where_the_bound_is_at_samples() {
+    let (heights, curvature) = (hills(), [DVec2::ZERO; SIZE]);
+    let reference = reference(&heights, &curvature, Bound::Samples);
+    let mut simplifier = simplifier(refined(&reference, 1.0, 0.0), Quality::Best);
+    simplifier.thin(Allowance {
+        vertical: 1.0,
+        outline: 0.0,
+    });
+    let off = |vertex: &u32| {
+        let point = simplifier.surface.point(*vertex);
+        (point.height - reference.height_near(point.grid).unwrap()).abs()
+    };
+    let worst = (0..simplifier.kinds.len() as u32)
+        .filter(|&vertex| simplifier.surface.connectivity.is_live(vertex))
+        .max_by(|a, b| off(a).total_cmp(&off(b)))
+        .unwrap();
+    // Heights are multiples of an eighth of a metre.
+    assert!(
+        off(&worst) <= SPIKE + 0.125,
+        "{} m at {:?}",
+        off(&worst),
+        simplifier.surface.point(worst)
+    );
+    assert!(off(&worst) > 1.0, "vertices use their freedom");
+}
+
+#[test]
+fn a_plane_is_two_triangles() {
+    let heights: Vec<f32> = (0..SIZE * SIZE)
+        .map(|i| (i % SIZE) as f32 * 2.0 + (i / SIZE) as f32)
+        .collect();
+    let curvature = [DVec2::ZERO; SIZE];
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    assert_eq!(refined(&reference, 0.01, 0.0).triangle_count(), 2);
+}
+
+#[test]
+fn a_fully_triangulated_plane_collapses_to_two_triangles() {
+    let heights: Vec<f32> = (0..SIZE * SIZE)
+        .map(|i| (i % SIZE) as f32 * 2.0 + (i / SIZE) as f32)
+        .collect();
+    let curvature = [DVec2::ZERO; SIZE];
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    for quality in [Quality::Default, Quality::Best] {
+        let mut simplifier = simplifier(Surface::new(&whole_cells(&reference), &reference), quality);
+        simplifier.thin(Allowance {
+            vertical: 0.001,
+            outline: 0.0,
+        });
+        assert_eq!(simplifier.surface().triangle_count(), 2, "{quality:?}");
+    }
+}
+
+#[test]
+fn vertices_of_a_round_do_not_meet_so_levels_stay_few() {
+    let (heights, curvature) = (hills(), [DVec2::ZERO; SIZE]);
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    let surface = refined(&reference, 0.5, 0.0);
+    let (fine, _) = surface.mesh();
+    let mut simplifier = simplifier(surface, Quality::Default);
+    simplifier.simplify(Allowance {
+        vertical: 10.0,
+        outline: 0.0,
+    });
+    let levels = highest_level(&fine, simplifier.log());
+    assert!(
+        levels < simplifier.round && simplifier.round < 40,
+        "{levels} levels of {} rounds",
+        simplifier.round
+    );
+    assert!(
+        simplifier.log().collapses.len() > 300,
+        "{}",
+        simplifier.log().collapses.len()
+    );
+}
+
+/// The papers' rule by brute force: 1 + the highest level of the edge's endpoints and all their neighbours.
+fn highest_level(mesh: &Mesh, log: &CollapseLog) -> u32 {
+    let mut triangles = mesh.triangles.clone();
+    let mut levels = vec![0; mesh.positions.len()];
+    for collapse in &log.collapses {
+        let ends = [collapse.blue, collapse.red];
+        let star = triangles
+            .iter()
+            .filter(|corners| corners.iter().any(|corner| ends.contains(corner)));
+        let level = 1 + star.flatten().map(|&vertex| levels[vertex as usize]).max().unwrap();
+        ends.iter().for_each(|&end| levels[end as usize] = level);
+        triangles.retain(|corners| !ends.iter().all(|end| corners.contains(end)));
+        let corners = triangles.as_flattened_mut();
+        corners
+            .iter_mut()
+            .filter(|corner| **corner == collapse.blue)
+            .for_each(|corner| *corner = collapse.red);
+    }
+    levels.into_iter().max().unwrap()
+}
+
+/// Whether the link condition lets `blue` collapse into `red`.
+fn link_allows(triangles: Vec<[u32; 3]>, blue: u32, red: u32) -> bool {
+    let connectivity = crate::topology::half_edges::HalfEdges::new(6, triangles);
+    let (mut around_blue, mut around_red) = (Vec::new(), Vec::new());
+    connectivity.ring(blue, &mut around_blue);
+    connectivity.ring(red, &mut around_red);
+    let index = around_blue.iter().position(|&vertex| vertex == red).unwrap();
+    let is_on_boundary = connectivity.is_boundary(blue) && (index == 0 || index + 1 == around_blue.len());
+    let edge = Edge {
+        blue,
+        red,
+        index,
+        is_on_boundary,
+    };
+    filters::link_allows(&connectivity, edge, &around_blue, &around_red)
+}
+
+#[test]
+fn collapses_that_would_tear_or_fold_the_surface_are_refused() {
+    let strip = vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]];
+    assert!(link_allows(strip.clone(), 1, 0), "along the boundary");
+    assert!(
+        !link_allows(strip, 1, 4),
+        "across the strip: both ends are on the boundary, the edge is not"
+    );
+    let fan = vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    assert!(
+        !link_allows(fan.clone(), 0, 1),
+        "vertex 2 is next to both without a triangle between the three"
+    );
+    assert!(link_allows(fan, 3, 0), "the middle may go");
+    assert!(!link_allows(vec![[0, 1, 2]], 0, 1), "the last triangle stays");
+}
+
+#[test]
+fn the_outline_of_a_hole_strays_no_further_than_allowed() {
+    let mut heights = hills();
+    for row in 10..20 {
+        for column in 10 + row % 3..20 {
+            heights[row * SIZE + column] = f32::NAN;
+        }
+    }
+    let curvature = [DVec2::ZERO; SIZE];
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    let fine = whole_cells(&reference);
+    let count = |allowed: f64| {
+        let mut simplifier = simplifier(Surface::new(&fine, &reference), Quality::Default);
+        simplifier.simplify(Allowance {
+            vertical: 1000.0,
+            outline: allowed,
+        });
+        let (mesh, _) = simplifier.surface().mesh();
+        mesh::validate(&mesh).unwrap();
+        let boundary: f64 = mesh.triangles.iter().map(|t| plan_area(&mesh, t)).sum();
+        (mesh.triangles.len(), boundary)
+    };
+    let (exact_triangles, exact_area) = count(0.0);
+    let (loose_triangles, loose_area) = count(45.0);
+    let valid_cells = fine.triangles.len() as f64 / 2.0 * SCALE * SCALE;
+    assert!((exact_area - valid_cells).abs() < 1e-6, "{exact_area} {valid_cells}");
+    assert!(loose_triangles < exact_triangles && (loose_area - valid_cells).abs() > 1.0);
+}
+
+fn plan_area(mesh: &Mesh, triangle: &[u32; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|v| mesh.positions[v as usize].truncate());
+    (b - a).perp_dot(c - a) / 2.0
+}
+
+/// Every valid cell as two triangles.
+fn whole_cells(reference: &Reference) -> Mesh {
+    let mut mesh = Mesh::default();
+    for index in 0..SIZE * SIZE {
+        let plan = DVec2::new((index % SIZE) as f64, (index / SIZE) as f64) * SCALE;
+        mesh.positions.push(plan.extend(f64::from(reference.heights[index])));
+        if reference.cell_is_valid((index % SIZE) as i64, (index / SIZE) as i64) {
+            let a = index as u32;
+            let below = a + SIZE as u32;
+            mesh.triangles.extend([[a, a + 1, below + 1], [a, below + 1, below]]);
+        }
+    }
+    mesh
+}
