@@ -14,6 +14,7 @@ pub(crate) mod outline;
 pub mod plan;
 pub mod reference;
 pub mod refine;
+pub mod relief;
 pub(crate) mod samples;
 pub mod scan;
 pub mod simplify;

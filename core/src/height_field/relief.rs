@@ -1,0 +1,155 @@
+//! Levels of detail of the samples themselves: blocks of cells with a bound of what they hold, so that most questions about
+//! many samples are answered without a look at one.
+//!
+//! ```text
+//!  level 0   cells: bilinear between four samples
+//!  level k   blocks of 2^k × 2^k cells: a bilinear patch through four corners, and by how much the surface
+//!            is at least and at most above it
+//! ```
+//! A corner is the sample there; where that is void, the mean of the corners around it. Against a bilinear patch a finer
+//! bilinear patch is bilinear, with its extremes at its corners: a block's bound follows from those of its four parts.
+
+/// Blocks along the side of a [`Chunk`].
+pub const CHUNK: usize = 256;
+/// Corners along the side of a [`Chunk`].
+pub const CORNERS: usize = CHUNK + 1;
+
+/// [`CHUNK`] × [`CHUNK`] blocks of one level, row by row. It has the corners along all four of its sides, so that a block is
+/// never in two chunks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chunk {
+    /// Metres, [`CORNERS`] × [`CORNERS`]; NaN where no block beside has a surface.
+    pub corners: Vec<f32>,
+    /// Least and greatest height of the surface above the block's patch, metres; the least above the greatest where the block
+    /// has no surface. Empty at level 0.
+    pub residuals: Vec<[f32; 2]>,
+}
+
+/// What is in a block without a surface.
+pub const NO_SURFACE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+
+impl Chunk {
+    /// The chunk of level 0 over [`CORNERS`] × [`CORNERS`] samples; none where all are void.
+    #[must_use]
+    pub fn of_samples(samples: Vec<f32>) -> Option<Self> {
+        assert_eq!(samples.len(), CORNERS * CORNERS, "a chunk has so many samples");
+        let has_height = samples.iter().any(|sample| !sample.is_nan());
+        has_height.then_some(Self {
+            corners: samples,
+            residuals: Vec::new(),
+        })
+    }
+
+    /// The chunk over four of the level below: north-west, north-east, south-west, south-east in the order of rows. None
+    /// where nothing is below.
+    #[must_use]
+    pub fn over(parts: [Option<&Self>; 4]) -> Option<Self> {
+        parts.iter().any(Option::is_some).then(|| {
+            let finer = Finer { parts };
+            let corners = (0..CORNERS * CORNERS)
+                .map(|index| finer.corner_or_mean(2 * (index % CORNERS), 2 * (index / CORNERS)))
+                .collect();
+            let mut chunk = Self {
+                corners,
+                residuals: Vec::with_capacity(CHUNK * CHUNK),
+            };
+            for index in 0..CHUNK * CHUNK {
+                let (column, row) = (index % CHUNK, index / CHUNK);
+                let residual = finer.residual_over(chunk.patch(column, row), 2 * column, 2 * row);
+                chunk.residuals.push(residual);
+            }
+            chunk
+        })
+    }
+
+    /// Heights of a block's corners, row by row.
+    #[must_use]
+    pub fn patch(&self, column: usize, row: usize) -> [f64; 4] {
+        let first = row * CORNERS + column;
+        [first, first + 1, first + CORNERS, first + CORNERS + 1].map(|index| f64::from(self.corners[index]))
+    }
+
+    /// The bound of a block, metres above its patch: least and greatest.
+    #[must_use]
+    pub fn residual(&self, column: usize, row: usize) -> [f32; 2] {
+        match self.residuals.get(row * CHUNK + column) {
+            Some(&residual) => residual,
+            None if self.patch(column, row).iter().any(|corner| corner.is_nan()) => NO_SURFACE,
+            None => [0.0; 2],
+        }
+    }
+}
+
+/// Four chunks of a level side by side.
+struct Finer<'a> {
+    parts: [Option<&'a Chunk>; 4],
+}
+
+impl Finer<'_> {
+    fn corner(&self, column: usize, row: usize) -> f32 {
+        // A corner between parts is in all of them; one that is missing must not hide it.
+        let sides = |place: usize| [(place / CHUNK).min(1), place.saturating_sub(1) / CHUNK];
+        for down in sides(row) {
+            for across in sides(column) {
+                if let Some(part) = self.parts[2 * down + across] {
+                    return part.corners[(row - down * CHUNK) * CORNERS + column - across * CHUNK];
+                }
+            }
+        }
+        f32::NAN
+    }
+
+    fn corner_or_mean(&self, column: usize, row: usize) -> f32 {
+        let own = self.corner(column, row);
+        if !own.is_nan() {
+            return own;
+        }
+        let beside = |place: usize| place.saturating_sub(1)..=(place + 1).min(2 * CHUNK);
+        let around = beside(row).flat_map(|row| beside(column).map(move |column| self.corner(column, row)));
+        let (sum, count) = around
+            .filter(|corner| !corner.is_nan())
+            .fold((0.0, 0_u32), |(sum, count), corner| {
+                (sum + f64::from(corner), count + 1)
+            });
+        (sum / f64::from(count)) as f32
+    }
+
+    /// The bound of a block over `patch`, from its four parts.
+    fn residual_over(&self, [a, b, c, d]: [f64; 4], column: usize, row: usize) -> [f32; 2] {
+        let (top, left, right, bottom) = ((a + b) / 2.0, (a + c) / 2.0, (b + d) / 2.0, (c + d) / 2.0);
+        let middle = (top + bottom) / 2.0;
+        let coarse = [
+            [a, top, left, middle],
+            [top, b, middle, right],
+            [left, middle, c, bottom],
+            [middle, right, bottom, d],
+        ];
+        let mut bound = NO_SURFACE.map(f64::from);
+        for (place, coarse) in coarse.into_iter().enumerate() {
+            let (column, row) = (column + place % 2, row + place / 2);
+            let Some(part) = self.parts[2 * (row / CHUNK) + column / CHUNK] else {
+                continue;
+            };
+            let (column, row) = (column % CHUNK, row % CHUNK);
+            let [least, greatest] = part.residual(column, row);
+            if least > greatest {
+                continue;
+            }
+            for (fine, coarse) in part.patch(column, row).into_iter().zip(coarse) {
+                bound[0] = bound[0].min(fine - coarse + f64::from(least));
+                bound[1] = bound[1].max(fine - coarse + f64::from(greatest));
+            }
+        }
+        [rounded_down(bound[0]), -rounded_down(-bound[1])]
+    }
+}
+
+/// The largest single-precision number that is not above a height.
+fn rounded_down(height: f64) -> f32 {
+    let nearest = height as f32;
+    if f64::from(nearest) > height {
+        nearest.next_down()
+    } else {
+        nearest
+    }
+}
