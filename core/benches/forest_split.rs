@@ -7,7 +7,7 @@ use spade::{DelaunayTriangulation, Point2, Triangulation};
 use terrain::{Terrain, simplifier};
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::{Allowance, Quality};
-use terrain_core::streaming::forest_split::{Surface, coarsen, forest_batches, largest_batch};
+use terrain_core::streaming::forest_split::{ClosedSurface, coarsen, forest_batches, largest_batch};
 use terrain_core::{CollapseLog, Mesh};
 
 mod terrain;
@@ -29,11 +29,12 @@ fn main() {
     }
     println!("\nthe log of a simplifier, from 5 to 40 m in steps of √2, cut into batches");
     let (mesh, log) = log_of_terrain();
-    let surface = Surface::new(mesh.positions.len() as u32, &mesh.triangles).expect("a square grid is a manifold");
+    let surface =
+        ClosedSurface::new(mesh.positions.len() as u32, &mesh.triangles).expect("a square grid is a manifold");
     report_log(surface, &log);
 }
 
-fn report(order: &str, fine: &Surface, batch: &[[u32; 2]], started: ProcessTime) {
+fn report(order: &str, fine: &ClosedSurface, batch: &[[u32; 2]], started: ProcessTime) {
     let triangles = fine.triangles().len();
     let microseconds = started.elapsed().as_secs_f64() * 1e6 / triangles as f64;
     let (_, bits, added) = split(fine, batch);
@@ -45,7 +46,7 @@ fn report(order: &str, fine: &Surface, batch: &[[u32; 2]], started: ProcessTime)
 }
 
 /// The coarser surface, the bits of the batch and how many triangles it adds.
-fn split(fine: &Surface, batch: &[[u32; 2]]) -> (Surface, usize, usize) {
+fn split(fine: &ClosedSurface, batch: &[[u32; 2]]) -> (ClosedSurface, usize, usize) {
     let coarsening = coarsen(fine, batch).expect("the batch is one forest");
     let bits = coarsening
         .split
@@ -55,13 +56,13 @@ fn split(fine: &Surface, batch: &[[u32; 2]]) -> (Surface, usize, usize) {
     (coarsening.surface, bits.len(), added)
 }
 
-fn delaunay(point_count: usize) -> (Vec<Point2<f64>>, Surface) {
+fn delaunay(point_count: usize) -> (Vec<Point2<f64>>, ClosedSurface) {
     let mut random = fastrand::Rng::with_seed(1);
     let points = (0..point_count).map(|_| Point2::new(random.f64(), random.f64()));
     let triangulation = DelaunayTriangulation::<Point2<f64>>::bulk_load(points.collect()).expect("points are finite");
     let faces = triangulation.inner_faces();
     let corners = faces.map(|face| face.vertices().map(|vertex| vertex.index() as u32));
-    let surface = Surface::new(point_count as u32, &corners.collect::<Vec<_>>()).expect("it is a manifold");
+    let surface = ClosedSurface::new(point_count as u32, &corners.collect::<Vec<_>>()).expect("it is a manifold");
     let points = triangulation.vertices().map(|vertex| vertex.position()).collect();
     (points, surface)
 }
@@ -84,7 +85,7 @@ fn any_order(blue: u32, red: u32) -> f64 {
 }
 
 fn log_of_terrain() -> (Mesh, CollapseLog) {
-    Terrain::new(513).thinned(5.0, Bound::Surface, Quality::Default, |thinned| {
+    Terrain::new(513).thinned(5.0, Bound::ClosedSurface, Quality::Default, |thinned| {
         let mut simplifier = simplifier(thinned.into_surface(), Quality::Default);
         let (mesh, _) = simplifier.surface().mesh();
         for rung in 0..7 {
@@ -95,7 +96,7 @@ fn log_of_terrain() -> (Mesh, CollapseLog) {
     })
 }
 
-fn report_log(mut surface: Surface, log: &CollapseLog) {
+fn report_log(mut surface: ClosedSurface, log: &CollapseLog) {
     let collapses: Vec<[u32; 2]> = log.collapses.iter().map(|c| [c.blue, c.red]).collect();
     let started = ProcessTime::now();
     let batches = forest_batches(&surface, &collapses).expect("the log is made of valid collapses");

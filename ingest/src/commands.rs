@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_core::height_field::{reference, simplify};
-use terrain_ingest::{HeightGrid, Progress, ReadOptions, model, peak_memory, pyramid, raster, tin, verify};
+use terrain_ingest::{HeightGrid, Progress, ReadOptions, peak_memory, polygonal_model, pyramid, raster, tin, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
@@ -65,16 +65,16 @@ fn simplify_model(arguments: MeshArgs) -> Result<(), Failure> {
     check_output(&arguments.output)?;
     let progress = prepare(&arguments.run)?;
     let target = match (arguments.target_triangles, arguments.max_error) {
-        (Some(count), _) => model::Target::Triangles(count as usize),
-        (None, Some(error)) => model::Target::Error(error),
-        (None, None) => model::Target::Coarsest,
+        (Some(count), _) => polygonal_model::Target::Triangles(count as usize),
+        (None, Some(error)) => polygonal_model::Target::Error(error),
+        (None, None) => polygonal_model::Target::Coarsest,
     };
-    let options = model::Options {
+    let options = polygonal_model::Options {
         target,
         keep_vertices: arguments.keep_vertices,
         lod: arguments.lod,
     };
-    let report = model::run(&arguments.input, &options, &arguments.output, &progress).map_err(blamed)?;
+    let report = polygonal_model::run(&arguments.input, &options, &arguments.output, &progress).map_err(blamed)?;
     print_finished(report, &arguments.output, started, arguments.run.json)
 }
 
@@ -103,7 +103,7 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
 
 /// A fault of a model is one of the input.
 fn blamed(error: anyhow::Error) -> Failure {
-    match error.downcast_ref::<model::ModelError>() {
+    match error.downcast_ref::<polygonal_model::ModelError>() {
         Some(_) => Failure::Input(error),
         None => Failure::Other(error),
     }
@@ -111,7 +111,7 @@ fn blamed(error: anyhow::Error) -> Failure {
 
 fn info(arguments: &InfoArgs) -> Result<(), Failure> {
     if has_extension(&arguments.archive, &["spm", "lod"]) {
-        let report = model::info(&arguments.archive).map_err(blamed)?;
+        let report = polygonal_model::info(&arguments.archive).map_err(blamed)?;
         return print(&report, arguments.json);
     }
     let reader = Reader::open(&arguments.archive).map_err(|error| Failure::Input(error.into()))?;

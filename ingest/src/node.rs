@@ -17,8 +17,8 @@ use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier
 use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
-use terrain_tiles::codec;
 use terrain_tiles::ellipsoid::Geodetic;
+use terrain_tiles::formats::spt;
 use terrain_tiles::tile::{Detail, Tile};
 
 use crate::border::BorderCurve;
@@ -124,7 +124,7 @@ impl Build<'_> {
     }
 
     fn finish(&self, square: Square, tile: Tile, outline_strayed: f64) -> Result<Node> {
-        let bytes = codec::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
+        let bytes = spt::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
         let levels = &tile.partition.levels;
         let finest = tile.surface(tile.finest());
         let heights = finest.positions.iter().map(|position| position.z);
@@ -132,9 +132,9 @@ impl Build<'_> {
             square,
             bytes,
             coarsest: tile.surface(tile.coarsest()),
-            finest_error: f64::from(codec::rounded_up(levels[levels.len() - 1].error)),
-            coarsest_error: f64::from(codec::rounded_up(levels[0].error)),
-            outline_error: f64::from(codec::rounded_up(tile.outline_errors[0])),
+            finest_error: f64::from(spt::rounded_up(levels[levels.len() - 1].error)),
+            coarsest_error: f64::from(spt::rounded_up(levels[0].error)),
+            outline_error: f64::from(spt::rounded_up(tile.outline_errors[0])),
             outline_strayed,
             triangles: finest.triangles.len(),
             heights: [

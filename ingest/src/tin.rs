@@ -10,7 +10,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -24,9 +24,9 @@ use terrain_core::height_field::refine::{Refinement, refine};
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::height_field::triangulate::{Outline, triangulate};
 use terrain_core::mesh::{self, Mesh};
+use terrain_tiles::formats::{obj, ply};
 
 use crate::height_grid::HeightGrid;
-use crate::model::write_binary;
 use crate::new_file::new_file_for;
 use crate::progress::Progress;
 
@@ -251,24 +251,12 @@ fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &R
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
     {
-        write_obj(&mut writer, &positions, &mesh.triangles, &note)?;
+        obj::write(&mut writer, &positions, &mesh.triangles, &note)?;
     } else {
-        write_binary(&mut writer, &positions, &[], &mesh.triangles, Some(&note))?;
+        ply::write(&mut writer, &positions, &[], &mesh.triangles, Some(&note))?;
     }
     writer.flush()?;
     drop(writer);
     file.persist(output)?;
-    Ok(())
-}
-
-/// Wavefront OBJ; numbers are written so that they read back as the same doubles.
-fn write_obj(out: &mut impl Write, positions: &[DVec3], triangles: &[[u32; 3]], note: &str) -> io::Result<()> {
-    writeln!(out, "# {note}")?;
-    for DVec3 { x, y, z } in positions {
-        writeln!(out, "v {x} {y} {z}")?;
-    }
-    for [a, b, c] in triangles {
-        writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
-    }
     Ok(())
 }

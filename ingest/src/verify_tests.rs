@@ -6,7 +6,7 @@ mod fixture;
 mod format;
 
 use terrain_tiles::archive::Writer;
-use terrain_tiles::codec;
+use terrain_tiles::formats::spt;
 
 use self::fixture::{LEAF, ROOT, Sample};
 use super::*;
@@ -49,7 +49,7 @@ fn an_archive_on_disk_holds_and_says_so_in_json() {
     let path = folder.path().join("plane.pmtiles");
     let mut writer = Writer::create(&path).unwrap();
     for tile in sample.tiles.values() {
-        writer.add(tile.address, &codec::encode(tile).unwrap()).unwrap();
+        writer.add(tile.address, &spt::encode(tile).unwrap()).unwrap();
     }
     writer.finish(&sample.metadata).unwrap();
     let report = archive(&path, &sample.grid, &Progress::silent()).unwrap();
@@ -67,7 +67,7 @@ fn a_header_that_lies_about_heights_fails() {
     let path = folder.path().join("plane.pmtiles");
     let mut writer = Writer::create(&path).unwrap();
     for tile in sample.tiles.values() {
-        let mut bytes = codec::encode(tile).unwrap();
+        let mut bytes = spt::encode(tile).unwrap();
         bytes[20] += u8::from(tile.address == LEAF);
         writer.add(tile.address, &bytes).unwrap();
     }

@@ -12,10 +12,10 @@ use flate2::write::GzEncoder;
 use moka::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::codec;
+use terrain_tiles::formats::quantized_mesh::{self, QuantizedMesh};
+use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::Metadata;
-use terrain_tiles::quantized_mesh::{self, QuantizedMesh};
 
 use crate::answer::{Failure, accepts_gzip};
 
@@ -109,7 +109,7 @@ impl Tileset {
     fn quantized_mesh(&self, address: TileAddress) -> Result<QuantizedMesh, Failure> {
         match self.stored(address)? {
             Some(bytes) => {
-                let tile = codec::decode(&bytes, &codec::Limits::default())
+                let tile = spt::decode(&bytes, &LevelLimits::default())
                     .map_err(|error| Failure::internal(format!("tile {address} of “{}”: {error}", self.name)))?;
                 Ok(QuantizedMesh::from_tile(&tile))
             }

@@ -15,9 +15,9 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use terrain_server::{Tileset, router};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
-use terrain_tiles::codec;
+use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode, validate};
+use terrain_tiles::formats::spt;
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
-use terrain_tiles::quantized_mesh::{Limits, QuantizedMesh, decode, validate};
 use terrain_tiles::tile::Tile;
 use tower::ServiceExt;
 
@@ -84,7 +84,7 @@ const DAMAGED: TileAddress = TileAddress { zoom: 1, x: 2, y: 1 };
 fn write_archive(path: &Path) {
     let mut writer = Writer::create(path).unwrap();
     for address in [address(0, 0, 0), address(1, 0, 0)] {
-        writer.add(address, &codec::encode(&tile(address)).unwrap()).unwrap();
+        writer.add(address, &spt::encode(&tile(address)).unwrap()).unwrap();
     }
     writer.add(DAMAGED, b"no tile").unwrap();
     writer.finish(&metadata()).unwrap();
@@ -118,7 +118,7 @@ impl Reply {
             "gzip" => drop(GzDecoder::new(&self.body[..]).read_to_end(&mut bytes).unwrap()),
             _ => bytes.clone_from(&self.body),
         }
-        decode(&bytes, &Limits::default()).unwrap()
+        decode(&bytes, &QuantizedMeshLimits::default()).unwrap()
     }
 }
 
@@ -271,7 +271,7 @@ async fn our_own_tile_comes_as_stored_whole_or_in_part() {
     let service = Service::new();
     let path = "/square/1/0/0.spt";
     let whole = service.ask("GET", path, &[("accept-encoding", "gzip")]).await;
-    assert_eq!(whole.body, codec::encode(&tile(address(1, 0, 0))).unwrap());
+    assert_eq!(whole.body, spt::encode(&tile(address(1, 0, 0))).unwrap());
     assert_eq!(whole.header(header::CONTENT_ENCODING), "");
     assert_eq!(whole.header(header::CONTENT_TYPE), "application/octet-stream");
     assert_eq!(whole.header(header::ACCEPT_RANGES), "bytes");

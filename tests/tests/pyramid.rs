@@ -13,7 +13,8 @@ use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, ve
 use terrain_tests::{sample, shared_data};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{Reader, Writer};
-use terrain_tiles::codec::{self, Limits};
+use terrain_tiles::formats::LevelLimits;
+use terrain_tiles::formats::spt;
 use terrain_tiles::tile::Tile;
 
 const MAX_ERROR: f64 = 10.0;
@@ -54,7 +55,7 @@ impl Built {
 static SAMPLE: LazyLock<Built> = LazyLock::new(|| Built::new(&[sample("jacksboro_fault.tif")], MAX_ERROR));
 
 fn tile(reader: &Reader, address: TileAddress) -> Tile {
-    codec::decode(&reader.tile(address).unwrap().unwrap(), &Limits::default()).unwrap()
+    spt::decode(&reader.tile(address).unwrap().unwrap(), &LevelLimits::default()).unwrap()
 }
 
 /// Copies an archive, one tile changed on the way.
@@ -66,7 +67,7 @@ fn with_change(from: &Path, to: &Path, changed: TileAddress, change: impl Fn(&mu
         if address == changed {
             change(&mut tile);
         }
-        writer.add(address, &codec::encode(&tile).unwrap()).unwrap();
+        writer.add(address, &spt::encode(&tile).unwrap()).unwrap();
     }
     writer.finish(reader.metadata()).unwrap();
 }

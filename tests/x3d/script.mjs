@@ -3,7 +3,7 @@
 import { readFile } from "node:fs/promises";
 import vm from "node:vm";
 
-const SOURCE = await readFile(new URL("../../tiles/src/x3d/multilevel.js", import.meta.url), "utf8");
+const SOURCE = await readFile(new URL("../../tiles/src/formats/x3d/multilevel.js", import.meta.url), "utf8");
 
 class SFVec3f {
   constructor(x, y, z) {

@@ -7,8 +7,9 @@ use divan::counter::ItemsCount;
 use glam::DVec3;
 use terrain_core::SurfacePartition;
 use terrain_core::levels::partition::Level;
-use terrain_tiles::codec::{self, Limits};
-use terrain_tiles::model::{self, Model};
+use terrain_tiles::formats::LevelLimits;
+use terrain_tiles::formats::spm::{self, ProgressiveMesh};
+use terrain_tiles::formats::spt;
 
 const TILE: &[u8] = include_bytes!("../golden/jacksboro_v2.spt");
 
@@ -17,7 +18,7 @@ fn main() {
 }
 
 /// A grid of `side`² vertices, each a fixed fraction of a cell off its place, over hills of two sizes.
-fn hills(side: u32) -> Model {
+fn hills(side: u32) -> ProgressiveMesh {
     let chance = |x: u32, y: u32, seed: u32| f64::from((x * 7919 + y * 104_729 + seed) * 2_654_435_761 % 97);
     let position = |vertex: u32| {
         let (x, y) = (vertex % side, vertex / side);
@@ -34,7 +35,7 @@ fn hills(side: u32) -> Model {
     let triangles: Vec<[u32; 3]> = cells
         .flat_map(|a| [[a, a + 1, a + side + 1], [a, a + side + 1, a + side]])
         .collect();
-    Model {
+    ProgressiveMesh {
         origin: DVec3::ZERO,
         step: DVec3::ONE,
         is_height_field: true,
@@ -58,21 +59,21 @@ fn encode(bencher: Bencher, side: u32) {
     let model = hills(side);
     bencher
         .counter(ItemsCount::new(model.partition.triangles.len()))
-        .bench(|| model::encode(&model));
+        .bench(|| spm::encode(&model));
 }
 
 #[divan::bench(args = [33, 129, 513])]
 fn decode(bencher: Bencher, side: u32) {
     let model = hills(side);
-    let bytes = model::encode(&model).unwrap_or_default();
+    let bytes = spm::encode(&model).unwrap_or_default();
     bencher
         .counter(ItemsCount::new(model.partition.triangles.len()))
-        .bench(|| model::decode(&bytes, &Limits::default()));
+        .bench(|| spm::decode(&bytes, &LevelLimits::default()));
 }
 
 #[divan::bench]
 fn decode_tile(bencher: Bencher) {
     bencher
         .counter(ItemsCount::new(1671_usize))
-        .bench(|| codec::decode(TILE, &Limits::default()));
+        .bench(|| spt::decode(TILE, &LevelLimits::default()));
 }

@@ -14,8 +14,9 @@ use serde_json::json;
 use terrain_core::levels::partition::Level;
 use terrain_core::{Mesh, SurfacePartition};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::codec::{self, Limits};
-use terrain_tiles::model::{self, Model};
+use terrain_tiles::formats::LevelLimits;
+use terrain_tiles::formats::spm::{self, ProgressiveMesh};
+use terrain_tiles::formats::spt;
 use terrain_tiles::progressive::Sampling;
 
 type Failure = Box<dyn std::error::Error>;
@@ -33,7 +34,7 @@ fn tiles(archive: &Path, folder: &Path) -> Result<(), Failure> {
     let reader = Reader::open(archive)?;
     for address in reader.addresses() {
         let bytes = reader.tile(address)?.ok_or("a tile of the directory is missing")?;
-        let tile = codec::decode(&bytes, &Limits::default())?;
+        let tile = spt::decode(&bytes, &LevelLimits::default())?;
         let steps = (-f64::from(tile.height_exponent)).exp2();
         let mut mesh = tile.surface(tile.finest());
         mesh.positions.iter_mut().for_each(|position| position.z *= steps);
@@ -57,7 +58,7 @@ fn one_mesh(path: &Path, step: f64) -> Result<(), Failure> {
         triangle_end: mesh.triangles.len() as u32,
         error: 0.0,
     };
-    let model = Model {
+    let model = ProgressiveMesh {
         origin: low,
         step: DVec3::ONE,
         is_height_field: true,
@@ -73,11 +74,11 @@ fn one_mesh(path: &Path, step: f64) -> Result<(), Failure> {
             levels: vec![level],
         },
     };
-    let bytes = model::encode(&model)?;
+    let bytes = spm::encode(&model)?;
     let mut seconds = f64::INFINITY;
     for _ in 0..5 {
         let start = Instant::now();
-        model::decode(&bytes, &Limits::default())?;
+        spm::decode(&bytes, &LevelLimits::default())?;
         seconds = seconds.min(start.elapsed().as_secs_f64());
     }
     let triangles = level.triangle_end;

@@ -1,19 +1,27 @@
 //! Where tiles are, what is in them, and how they become bytes: addresses of the geographic scheme, the global
-//! lattice, the progressive tile format, the archive, and encoders for map clients.
+//! lattice, the progressive codec, file formats, and the archive.
+//!
+//! ```text
+//! address, ellipsoid ──▶ tile ──────────▶ formats::spt ─────▶ archive ◀── metadata ──▶ layer_json
+//! where on the Earth     what is there    quantized_mesh      all tiles   of the whole   for map clients
+//!
+//! progressive ─────────▶ formats::spt, formats::spm           vertex splits as bytes
+//!
+//! formats, readers beside writers
+//!   spt             a progressive tile                        read, written      docs/formats/spt.md
+//!   spm             a progressive mesh of any manifold        read, written      docs/formats/spm.md
+//!   lod             a multilevel mesh as text                 read, written      (the papers' grammar)
+//!   ply, obj        a mesh of polygons                        read, written
+//!   x3d             a world that streams a `.lod` file        written            docs/formats/world.md
+//!   quantized_mesh  a tile for map clients                    read, written      docs/formats/quantized-mesh.md
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod address;
 pub mod archive;
-pub mod codec;
-#[cfg(test)]
-#[path = "damage_tests.rs"]
-mod damage;
 pub mod ellipsoid;
-mod fields;
+pub mod formats;
 pub mod layer_json;
 pub mod metadata;
-pub mod model;
 pub mod progressive;
-pub mod quantized_mesh;
 pub mod tile;
-pub mod x3d;

@@ -32,7 +32,7 @@ use level::{Fault, LevelCoder, Stage, Unknown};
 use range_coder::{Decoder, Encoder};
 use schedule::Schedule;
 use split::SplitModel;
-use surface::Surface;
+use surface::GrowingSurface;
 
 pub use sampling::Sampling;
 
@@ -91,7 +91,7 @@ pub struct Coded {
 
 /// Why a partition cannot be coded.
 #[derive(Debug, Error, PartialEq)]
-pub enum EncodeError {
+pub enum Uncodable {
     /// It is none.
     #[error(transparent)]
     Partition(#[from] PartitionError),
@@ -116,10 +116,10 @@ pub struct Damaged(pub usize);
 ///
 /// # Errors
 /// When it is not what [`Frame`] says, or no surface that vertex splits can make.
-pub fn encode(partition: &SurfacePartition, boundary_from: usize, frame: &Frame) -> Result<Coded, EncodeError> {
+pub fn encode(partition: &SurfacePartition, boundary_from: usize, frame: &Frame) -> Result<Coded, Uncodable> {
     partition::validate(partition)?;
     check_lattice(partition, frame)?;
-    let collapses = unravel(partition, frame.is_height_field).map_err(|fault| EncodeError::NotASplit(fault.0))?;
+    let collapses = unravel(partition, frame.is_height_field).map_err(|fault| Uncodable::NotASplit(fault.0))?;
     let (base, originals) = numbered_base(partition, &collapses);
     let mut schedule = Schedule::new(partition, &collapses, originals);
     let size = BaseSize {
@@ -128,7 +128,7 @@ pub fn encode(partition: &SurfacePartition, boundary_from: usize, frame: &Frame)
     };
     let mut encoder = Encoder::new();
     let count = [base.positions.len(), base.triangles.len()];
-    Base::code(&mut encoder, count, frame.bounds, &base).ok_or(EncodeError::NotASurface)?;
+    Base::code(&mut encoder, count, frame.bounds, &base).ok_or(Uncodable::NotASurface)?;
     let mut coder = level_coder(base, frame);
     let mut levels = Vec::with_capacity(partition.levels.len());
     for (index, level) in partition.levels.iter().enumerate() {
@@ -136,7 +136,7 @@ pub fn encode(partition: &SurfacePartition, boundary_from: usize, frame: &Frame)
         let splits = level.vertex_end as usize - coder.surface.vertices.len();
         let stage = stage(index, boundary_from);
         let coded = coder.code(&mut encoder, stage, splits, &mut schedule);
-        coded.map_err(|_| EncodeError::NotASurface)?;
+        coded.map_err(|_| Uncodable::NotASurface)?;
         levels.push(std::mem::replace(&mut encoder, Encoder::new()).finish());
     }
     check_result(partition, &coder, &schedule)?;
@@ -214,17 +214,17 @@ fn stage(index: usize, boundary_from: usize) -> Stage {
 fn level_coder(base: Base, frame: &Frame) -> LevelCoder {
     let splits = SplitModel::new(frame.is_height_field, frame.sampling);
     let vertices = base.positions.iter().map(|&position| splits.vertex(position)).collect();
-    LevelCoder::new(Surface::new(vertices, &base.triangles), splits, frame.bounds)
+    LevelCoder::new(GrowingSurface::new(vertices, &base.triangles), splits, frame.bounds)
 }
 
-fn check_lattice(partition: &SurfacePartition, frame: &Frame) -> Result<(), EncodeError> {
+fn check_lattice(partition: &SurfacePartition, frame: &Frame) -> Result<(), Uncodable> {
     let [low, high] = frame.bounds;
     let is_on_lattice =
         |position: &DVec3| *position == position.floor() && position.cmpge(low).all() && position.cmple(high).all();
     let vertices = partition.positions.iter().zip(&partition.blue_positions);
     let mut vertices = vertices.map(|(red, blue)| is_on_lattice(red) && is_on_lattice(blue));
     match vertices.position(|is_on_lattice| !is_on_lattice) {
-        Some(vertex) => Err(EncodeError::OffLattice(vertex)),
+        Some(vertex) => Err(Uncodable::OffLattice(vertex)),
         None => Ok(()),
     }
 }
@@ -252,7 +252,7 @@ fn numbered_base(partition: &SurfacePartition, collapses: &Collapses) -> (Base, 
 }
 
 /// Compares what a decoder will have with what was asked for.
-fn check_result(partition: &SurfacePartition, coder: &LevelCoder, schedule: &Schedule) -> Result<(), EncodeError> {
+fn check_result(partition: &SurfacePartition, coder: &LevelCoder, schedule: &Schedule) -> Result<(), Uncodable> {
     let turned = |[a, b, c]: [u32; 3]| match a.min(b).min(c) {
         least if least == a => [a, b, c],
         least if least == b => [b, c, a],
@@ -263,12 +263,12 @@ fn check_result(partition: &SurfacePartition, coder: &LevelCoder, schedule: &Sch
     let mut start = 0;
     for level in &partition.levels {
         let run = start..level.triangle_end as usize;
-        let mut coded = coded.get(run.clone()).ok_or(EncodeError::NotASurface)?.to_vec();
+        let mut coded = coded.get(run.clone()).ok_or(Uncodable::NotASurface)?.to_vec();
         let mut told: Vec<[u32; 3]> = partition.triangles[run].iter().copied().map(turned).collect();
         coded.sort_unstable();
         told.sort_unstable();
         if coded != told {
-            return Err(EncodeError::NotASurface);
+            return Err(Uncodable::NotASurface);
         }
         start = level.triangle_end as usize;
     }

@@ -124,7 +124,7 @@ fn a_position_off_the_lattice_is_refused() {
     partition.positions[3].x += 0.5;
     assert_eq!(
         encode(&partition, partition.levels.len(), &frame),
-        Err(EncodeError::OffLattice(3))
+        Err(Uncodable::OffLattice(3))
     );
 }
 

@@ -83,7 +83,7 @@ impl Replay {
     pub fn run(mesh: &Mesh, log: &CollapseLog, demand: Demand, mut visit: impl FnMut(&Step)) -> Result<Self, LogError> {
         manifold::check_corners(mesh)?;
         collapse_log::validate(log, &mesh.positions)?;
-        let mut surface = Surface {
+        let mut surface = ReplayedSurface {
             connectivity: Connectivity::new(mesh),
             star: EdgeStar::default(),
             moved: Vec::new(),
@@ -171,7 +171,7 @@ impl Replay {
     }
 
     /// Notes a collapse that is about to happen; returns its level.
-    fn note(&mut self, surface: &Surface, collapse: Collapse, floor: u32) -> u32 {
+    fn note(&mut self, surface: &ReplayedSurface, collapse: Collapse, floor: u32) -> u32 {
         let Collapse { blue, red, .. } = collapse;
         let levels = surface
             .star
@@ -217,13 +217,13 @@ impl Replay {
 }
 
 /// The connectivity while collapses are replayed, and the star of the one at hand.
-struct Surface {
+struct ReplayedSurface {
     connectivity: Connectivity,
     star: EdgeStar,
     moved: Vec<u32>,
 }
 
-impl Surface {
+impl ReplayedSurface {
     /// Gathers the star of a collapse; refuses what `demand` does not allow.
     fn look_at(&mut self, index: usize, collapse: Collapse, demand: Demand) -> Result<(), LogError> {
         self.star.gather(&self.connectivity, collapse.blue, collapse.red);

@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use super::*;
-use crate::streaming::multilevel::{LevelView, Limits, to_ascii};
+use crate::streaming::multilevel::{LevelView, MultilevelLimits, to_ascii};
 
 /// Two squares of two triangles each that share nothing but the vertex 4 in their middle: no manifold.
 ///
@@ -98,7 +98,7 @@ fn triangles_that_come_to_lie_on_each_other_stay() {
 #[test]
 fn what_is_written_of_a_clustered_mesh_draws_the_same_levels() {
     let mut clustered = clustered_mesh(&POSITIONS, &TRIANGLES, &steps()).unwrap();
-    let read = MultilevelMesh::<2>::from_ascii(&to_ascii(&clustered.mesh), Limits::default()).unwrap();
+    let read = MultilevelMesh::<2>::from_ascii(&to_ascii(&clustered.mesh), MultilevelLimits::default()).unwrap();
     let (mut whole, mut needed) = (LevelView::default(), LevelView::default());
     for level in 0..3 {
         whole.set_level(&clustered.mesh, level).unwrap();

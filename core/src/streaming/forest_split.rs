@@ -14,7 +14,7 @@
 //!
 //! What the papers leave open, and how it is here:
 //!
-//! - *Boundaries.* Each boundary loop is closed by a fan of virtual triangles around a virtual vertex ([`Surface`]).
+//! - *Boundaries.* Each boundary loop is closed by a fan of virtual triangles around a virtual vertex ([`ClosedSurface`]).
 //!   Collapsing an edge of the boundary marks the edge to the virtual vertex. All trees may have that vertex as a leaf; a
 //!   leaf is not cut apart, so they stay disjoint. Such a mark costs one bit for each vertex of the boundary that is in a
 //!   tree, and none elsewhere. Virtual triangles are filled in like others and dropped.
@@ -44,7 +44,7 @@ use gap::{Branches, GapCorner, fill_triangles, gaps, polygon};
 pub use batch::{Coarsening, CollapseError, CollapseFault, coarsen, forest_batches};
 pub use bits::SplitBits;
 pub use growth::largest_batch;
-pub use surface::{Surface, SurfaceError};
+pub use surface::{ClosedSurface, SurfaceError};
 
 /// One batch of refinement of a surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,7 +85,7 @@ pub enum SplitError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refinement {
     /// The refined surface. Vertices and triangles of the coarse one keep their numbers, the new ones follow.
-    pub surface: Surface,
+    pub surface: ClosedSurface,
     /// For each new vertex the vertex of the coarse surface that it was split off: its representative.
     pub origins: Vec<u32>,
     /// The gaps, tree by tree, as polygons of the refined surface's vertices, counter-clockwise. Where the boundary is opened
@@ -98,7 +98,7 @@ impl ForestSplit {
     ///
     /// # Errors
     /// When the split is none of this surface, or would leave no surface.
-    pub fn apply(&self, surface: &Surface) -> Result<Refinement, SplitError> {
+    pub fn apply(&self, surface: &ClosedSurface) -> Result<Refinement, SplitError> {
         let mut triangles = surface.triangles().to_vec();
         let (mut added, mut origins, mut polygons) = (Vec::new(), Vec::new(), Vec::new());
         let mut rest = self.fill.as_slice();
@@ -118,7 +118,7 @@ impl ForestSplit {
         triangles.extend(added);
         let vertex_count = surface.vertex_count() + origins.len() as u32;
         Ok(Refinement {
-            surface: Surface::new(vertex_count, &triangles)?,
+            surface: ClosedSurface::new(vertex_count, &triangles)?,
             origins,
             gaps: polygons,
         })
@@ -128,7 +128,7 @@ impl ForestSplit {
     ///
     /// # Errors
     /// When the split is none of this surface.
-    pub fn trees(&self, surface: &Surface) -> Result<Vec<Vec<[u32; 2]>>, SplitError> {
+    pub fn trees(&self, surface: &ClosedSurface) -> Result<Vec<Vec<[u32; 2]>>, SplitError> {
         let gaps = self.gaps(surface)?;
         let tree_of: HashMap<u32, usize> = gaps
             .iter()
@@ -143,11 +143,11 @@ impl ForestSplit {
     }
 
     /// The gaps of the cut, after a check that these are marks of `surface`.
-    fn gaps(&self, surface: &Surface) -> Result<Vec<Vec<GapCorner>>, SplitError> {
+    fn gaps(&self, surface: &ClosedSurface) -> Result<Vec<Vec<GapCorner>>, SplitError> {
         Ok(gaps(surface, &self.marked_half_edges(surface)?))
     }
 
-    fn marked_half_edges(&self, surface: &Surface) -> Result<Vec<bool>, SplitError> {
+    fn marked_half_edges(&self, surface: &ClosedSurface) -> Result<Vec<bool>, SplitError> {
         let mut is_marked = vec![false; surface.half_edge_count()];
         let mut parents: Vec<u32> = (0..surface.vertex_count()).collect();
         let mut is_in_tree = vec![false; parents.len()];
@@ -183,7 +183,7 @@ impl ForestSplit {
 const OUTSIDE: u32 = u32::MAX;
 
 /// A half-edge for each edge that goes from a real vertex to a larger one or to a virtual one.
-fn half_edges_by_ends(surface: &Surface) -> HashMap<[u32; 2], u32> {
+fn half_edges_by_ends(surface: &ClosedSurface) -> HashMap<[u32; 2], u32> {
     let ends = (0..surface.half_edge_count() as u32).map(|half_edge| {
         let target = surface.target(half_edge);
         let target = if surface.is_virtual(target) { OUTSIDE } else { target };
@@ -193,14 +193,14 @@ fn half_edges_by_ends(surface: &Surface) -> HashMap<[u32; 2], u32> {
         .collect()
 }
 
-fn mark(surface: &Surface, half_edge: u32, is_marked: &mut [bool]) {
+fn mark(surface: &ClosedSurface, half_edge: u32, is_marked: &mut [bool]) {
     is_marked[half_edge as usize] = true;
     is_marked[surface.opposite(half_edge) as usize] = true;
 }
 
 /// The vertex at each corner of a gap: the first visit keeps the vertex, every other one has a new vertex, and virtual ones
 /// are [`OUTSIDE`].
-fn number_copies(surface: &Surface, gap: &[GapCorner], origins: &mut Vec<u32>) -> Vec<u32> {
+fn number_copies(surface: &ClosedSurface, gap: &[GapCorner], origins: &mut Vec<u32>) -> Vec<u32> {
     let mut visited = HashSet::with_capacity(gap.len());
     let number = |corner: &GapCorner| {
         if surface.is_virtual(corner.vertex) {

@@ -6,7 +6,7 @@ use spade::{DelaunayTriangulation, Point2, Triangulation};
 use super::*;
 
 /// A Delaunay triangulation of random points in the unit square: a surface with a boundary.
-fn terrain(point_count: usize, random: &mut Rng) -> (Vec<[f64; 2]>, Surface) {
+fn terrain(point_count: usize, random: &mut Rng) -> (Vec<[f64; 2]>, ClosedSurface) {
     let mut triangulation = DelaunayTriangulation::<Point2<f64>>::new();
     for _ in 0..point_count {
         triangulation.insert(Point2::new(random.f64(), random.f64())).unwrap();
@@ -18,13 +18,13 @@ fn terrain(point_count: usize, random: &mut Rng) -> (Vec<[f64; 2]>, Surface) {
     let corners = triangulation
         .inner_faces()
         .map(|face| face.vertices().map(|v| v.index() as u32));
-    let surface = Surface::new(positions.len() as u32, &corners.collect::<Vec<_>>()).unwrap();
+    let surface = ClosedSurface::new(positions.len() as u32, &corners.collect::<Vec<_>>()).unwrap();
     (positions, surface)
 }
 
 /// The Delaunay triangulation of random points on a sphere: closed. Stereographic projection keeps circles, so that of the
 /// plane is the same but for its outside, where the pole is.
-fn sphere(point_count: u32, random: &mut Rng) -> Surface {
+fn sphere(point_count: u32, random: &mut Rng) -> ClosedSurface {
     let mut triangulation = DelaunayTriangulation::<Point2<f64>>::new();
     for _ in 1..point_count {
         let (height, angle) = (random.f64() * 2.0 - 1.0, random.f64() * std::f64::consts::TAU);
@@ -42,7 +42,7 @@ fn sphere(point_count: u32, random: &mut Rng) -> Surface {
             .into_iter()
             .map(|(a, b)| [b, a, pole]),
     );
-    Surface::new(point_count, &triangles).unwrap()
+    ClosedSurface::new(point_count, &triangles).unwrap()
 }
 
 /// Triangles from their smallest corner on, sorted.
@@ -58,7 +58,7 @@ fn as_set(triangles: impl IntoIterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
 }
 
 /// Coarsens, sends the split as bits and refines again: the fine surface must come back, vertex by vertex.
-fn round_trip(fine: &Surface, collapses: &[[u32; 2]]) -> (Coarsening, SplitBits) {
+fn round_trip(fine: &ClosedSurface, collapses: &[[u32; 2]]) -> (Coarsening, SplitBits) {
     let coarsening = coarsen(fine, collapses).unwrap();
     let bits = coarsening.split.encode(&coarsening.surface).unwrap();
     let read = ForestSplit::decode(&bits, &coarsening.surface).unwrap();
@@ -88,7 +88,7 @@ fn edge_length(positions: &[[f64; 2]]) -> impl Fn(u32, u32, &[[u32; 3]]) -> Opti
     }
 }
 
-fn bits_per_added_triangle(fine: &Surface, collapses: &[[u32; 2]]) -> f64 {
+fn bits_per_added_triangle(fine: &ClosedSurface, collapses: &[[u32; 2]]) -> f64 {
     let (coarsening, bits) = round_trip(fine, collapses);
     let added = fine.triangles().len() - coarsening.surface.triangles().len();
     println!(
@@ -160,7 +160,7 @@ fn every_batch_of_every_small_surface_comes_back() {
 }
 
 /// Any collapses that are possible, one after the other, until few vertices are left.
-fn random_collapses(fine: &Surface, random: &mut Rng) -> Vec<[u32; 2]> {
+fn random_collapses(fine: &ClosedSurface, random: &mut Rng) -> Vec<[u32; 2]> {
     let mut collapses = Vec::new();
     let mut surface = fine.clone();
     let mut names: Vec<u32> = (0..fine.vertex_count()).collect();
@@ -207,7 +207,7 @@ fn batches_of_any_list_of_collapses_lead_to_the_same_coarsest_surface() {
 }
 
 /// What collapses leave, by renaming blue vertices.
-fn replayed(fine: &Surface, collapses: &[[u32; 2]]) -> Vec<[u32; 3]> {
+fn replayed(fine: &ClosedSurface, collapses: &[[u32; 2]]) -> Vec<[u32; 3]> {
     let mut triangles = fine.triangles().to_vec();
     for &[blue, red] in collapses {
         triangles
@@ -232,7 +232,7 @@ const PYRAMID: [[u32; 3]; 4] = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
 #[test]
 fn a_collapse_inside_a_surface_is_a_tree_of_two_edges() {
     let octahedron = [PYRAMID.as_slice(), &[[1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]]].concat();
-    let fine = Surface::new(6, &octahedron).unwrap();
+    let fine = ClosedSurface::new(6, &octahedron).unwrap();
     let (coarsening, bits) = round_trip(&fine, &[[5, 0]]);
     assert_eq!(coarsening.split.edges, [[0, 1], [0, 3]]);
     assert_eq!((coarsening.split.opened.len(), coarsening.split.fill.len()), (0, 2));
@@ -245,7 +245,7 @@ fn a_collapse_inside_a_surface_is_a_tree_of_two_edges() {
 
 #[test]
 fn a_collapse_along_the_boundary_opens_it() {
-    let fine = Surface::new(5, &PYRAMID).unwrap();
+    let fine = ClosedSurface::new(5, &PYRAMID).unwrap();
     let (coarsening, bits) = round_trip(&fine, &[[3, 0]]);
     assert_eq!(
         (coarsening.split.edges.as_slice(), coarsening.split.opened.as_slice()),
@@ -278,7 +278,7 @@ fn trees_that_would_share_a_vertex_are_refused() {
         [8, 6, 7],
         [9, 8, 1],
     ];
-    let fine = Surface::new(12, &icosahedron).unwrap();
+    let fine = ClosedSurface::new(12, &icosahedron).unwrap();
     let refusal = coarsen(&fine, &[[0, 1], [4, 5]]).unwrap_err();
     assert_eq!(refusal.fault, CollapseFault::NotForest);
     assert_eq!(refusal.index, 1);
@@ -287,7 +287,7 @@ fn trees_that_would_share_a_vertex_are_refused() {
 
 #[test]
 fn collapses_that_are_none_are_refused_with_their_index() {
-    let fine = Surface::new(5, &PYRAMID).unwrap();
+    let fine = ClosedSurface::new(5, &PYRAMID).unwrap();
     for bad in [[0, 0], [0, 9], [0, 2], [4, 5]] {
         let refusal = coarsen(&fine, &[[3, 0], bad]).unwrap_err();
         assert_eq!(refusal.index, 1, "{bad:?}");
@@ -297,7 +297,7 @@ fn collapses_that_are_none_are_refused_with_their_index() {
 
 #[test]
 fn splits_of_another_surface_are_refused() {
-    let surface = Surface::new(5, &PYRAMID).unwrap();
+    let surface = ClosedSurface::new(5, &PYRAMID).unwrap();
     let refusal = |edges: &[[u32; 2]], opened: &[u32], triangle_count: usize| {
         let split = ForestSplit {
             edges: edges.to_vec(),

@@ -34,7 +34,7 @@ pub use view::{LevelRangeError, LevelView};
 
 /// How much a mesh from outside may hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct MultilevelLimits {
     /// Vertices, and so the largest index less one; levels may name vertices that have yet to come.
     pub vertices: u32,
     /// Triangles.
@@ -43,7 +43,7 @@ pub struct Limits {
     pub levels: u32,
 }
 
-impl Limits {
+impl MultilevelLimits {
     /// Only what indices can count; for meshes of our own making.
     pub const NONE: Self = Self {
         vertices: u32::MAX,
@@ -52,7 +52,7 @@ impl Limits {
     };
 }
 
-impl Default for Limits {
+impl Default for MultilevelLimits {
     /// 2²⁷ vertices, twice as many triangles, 65,536 levels: 6 GB for a full mesh of dimension 3.
     fn default() -> Self {
         Self {
@@ -151,7 +151,7 @@ pub struct LevelEnd {
 /// A mesh and its levels of detail, as many as have arrived.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MultilevelMesh<const DIMENSION: usize = 3> {
-    limits: Limits,
+    limits: MultilevelLimits,
     positions: Vec<[f64; DIMENSION]>,
     triangles: Vec<[u32; 3]>,
     /// One entry a vertex; its own index where it has no representative.
@@ -166,14 +166,14 @@ pub struct MultilevelMesh<const DIMENSION: usize = 3> {
 
 impl<const DIMENSION: usize> Default for MultilevelMesh<DIMENSION> {
     fn default() -> Self {
-        Self::new(Limits::default())
+        Self::new(MultilevelLimits::default())
     }
 }
 
 impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
     /// A mesh without a level.
     #[must_use]
-    pub fn new(limits: Limits) -> Self {
+    pub fn new(limits: MultilevelLimits) -> Self {
         Self {
             limits,
             positions: Vec::new(),
@@ -292,7 +292,7 @@ impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
 
     /// Whether so many vertices and triangles more are within the limits.
     fn check_room(&self, vertices: usize, triangles: usize) -> Result<(), LevelFault> {
-        let Limits {
+        let MultilevelLimits {
             vertices: vertex_limit,
             triangles: triangle_limit,
             ..

@@ -114,28 +114,31 @@ fn degenerate_triangles_and_numbers_that_are_none_are_refused() {
 
 #[test]
 fn limits_hold_for_vertices_triangles_levels_and_vertices_yet_to_come() {
-    let refusal = |limits: Limits| {
+    let refusal = |limits: MultilevelLimits| {
         let mut mesh = MultilevelMesh::<2>::new(limits);
         batches()
             .into_iter()
             .find_map(|batch| mesh.add_level(batch).err())
             .map(|error| error.fault)
     };
-    let all = Limits {
+    let all = MultilevelLimits {
         vertices: 6,
         triangles: 6,
         levels: 3,
     };
     assert_eq!(refusal(all), None);
     assert_eq!(
-        refusal(Limits { vertices: 5, ..all }),
+        refusal(MultilevelLimits { vertices: 5, ..all }),
         Some(LevelFault::TooManyVertices(5))
     );
     assert_eq!(
-        refusal(Limits { triangles: 5, ..all }),
+        refusal(MultilevelLimits { triangles: 5, ..all }),
         Some(LevelFault::TooManyTriangles(5))
     );
-    assert_eq!(refusal(Limits { levels: 2, ..all }), Some(LevelFault::TooManyLevels(2)));
+    assert_eq!(
+        refusal(MultilevelLimits { levels: 2, ..all }),
+        Some(LevelFault::TooManyLevels(2))
+    );
 }
 
 #[test]

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 use terrain_core::Mesh;
-use terrain_tiles::codec::{Limits, decode, encode};
+use terrain_tiles::formats::LevelLimits;
+use terrain_tiles::formats::spt::{decode, encode};
 use terrain_tiles::tile::Detail;
 
 use super::fixture::{LEAF, ROOT, Sample};
@@ -26,7 +27,7 @@ struct SlowTile {
 }
 
 fn read(bytes: &[u8]) -> SlowTile {
-    let tile = decode(bytes, &Limits::default()).unwrap();
+    let tile = decode(bytes, &LevelLimits::default()).unwrap();
     let partition = tile.partition;
     let vertex = |index: usize| Vertex {
         own: place(partition.positions[index]),

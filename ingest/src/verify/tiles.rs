@@ -2,7 +2,8 @@
 
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::codec::{self, Limits};
+use terrain_tiles::formats::LevelLimits;
+use terrain_tiles::formats::spt;
 use terrain_tiles::metadata::Metadata;
 use terrain_tiles::tile::Tile;
 
@@ -27,7 +28,7 @@ impl Tiles for Reader {
         let bytes = Reader::tile(self, address)
             .map_err(|error| error.to_string())?
             .ok_or("is listed but not there")?;
-        let tile = codec::decode(&bytes, &Limits::default()).map_err(|error| error.to_string())?;
+        let tile = spt::decode(&bytes, &LevelLimits::default()).map_err(|error| error.to_string())?;
         check_header(&bytes, &tile)?;
         Ok(tile)
     }

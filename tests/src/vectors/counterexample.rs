@@ -12,7 +12,7 @@ use terrain_core::levels::dag::DagBuilder;
 use terrain_core::levels::level_view::LevelView;
 use terrain_core::levels::refinement_queues::RefinementQueues;
 use terrain_core::levels::replay::{Demand, Replay};
-use terrain_core::streaming::forest_split::{Surface, coarsen};
+use terrain_core::streaming::forest_split::{ClosedSurface, coarsen};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 
 use super::audit::Audit;
@@ -59,7 +59,7 @@ fn forest(case: &Value) -> Result<Value> {
     let roots = partition::roots(&mut LevelView::new(&partition), &replay.vertex_order());
     let coarse_edge = |&triangle: &usize| mesh.triangles[triangle].map(|corner| roots[corner as usize]).into();
     let marked: BTreeSet<BTreeSet<u32>> = removed.iter().map(coarse_edge).collect();
-    let fine = Surface::new(mesh.positions.len() as u32, &mesh.triangles)?;
+    let fine = ClosedSurface::new(mesh.positions.len() as u32, &mesh.triangles)?;
     let refusal = coarsen(&fine, &input::read::<Vec<[u32; 2]>>(case, "collapses")?).err();
     answer["why"] = json!(refusal.map(|error| error.to_string()));
     answer["triangles_removed"] = json!(removed.len());

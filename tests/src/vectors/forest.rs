@@ -3,16 +3,16 @@
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use terrain_core::streaming::forest_split::{ForestSplit, Surface, coarsen};
+use terrain_core::streaming::forest_split::{ClosedSurface, ForestSplit, coarsen};
 
 use super::input;
 
 pub(super) fn split(vector: &Value) -> Result<Value> {
     let fine_triangles: Vec<[u32; 3]> = input::read(vector, "fine_triangles")?;
-    let fine = Surface::new(input::read(vector, "fine_vertices")?, &fine_triangles)?;
+    let fine = ClosedSurface::new(input::read(vector, "fine_vertices")?, &fine_triangles)?;
     let collapses: Vec<[u32; 2]> = input::read(vector, "collapses")?;
     let coarse_triangles: Vec<[u32; 3]> = input::read(vector, "coarse_triangles")?;
-    let coarse = Surface::new(input::read(vector, "coarse_vertices")?, &coarse_triangles)?;
+    let coarse = ClosedSurface::new(input::read(vector, "coarse_vertices")?, &coarse_triangles)?;
     let coarsening = coarsen(&fine, &collapses)?;
     // What is answered has gone through the product's own bits.
     let bits = coarsening.split.encode(&coarse)?;
@@ -44,7 +44,7 @@ pub(super) fn all_counts(vector: &Value) -> Result<Value> {
     let answered = cases.into_iter().map(|mut case| {
         let triangles: Vec<[u32; 3]> = input::read(&case, "triangles")?;
         let vertex_count = triangles.iter().flatten().max().map_or(0, |&last| last + 1);
-        let surface = Surface::new(vertex_count, &triangles)?;
+        let surface = ClosedSurface::new(vertex_count, &triangles)?;
         let mut edges: Vec<[u32; 2]> = input::read(&case, "spanning_tree")?;
         edges.iter_mut().for_each(|edge| edge.sort_unstable());
         edges.sort_unstable();
@@ -59,7 +59,7 @@ pub(super) fn all_counts(vector: &Value) -> Result<Value> {
 }
 
 /// The paper's reckoning: one bit for each edge, two for each triangle.
-fn counts(surface: &Surface, marked: &[[u32; 2]], trees: usize) -> Value {
+fn counts(surface: &ClosedSurface, marked: &[[u32; 2]], trees: usize) -> Value {
     let (triangles, edges) = (surface.triangles().len(), surface.edges().len());
     let added_vertices = marked.len() - trees;
     let fill_bits = 4 * added_vertices;
@@ -82,7 +82,7 @@ fn counts(surface: &Surface, marked: &[[u32; 2]], trees: usize) -> Value {
 
 /// The marks in the vectors' order, edges growing; left out are those whose ends marked edges join already. The product's own
 /// order is another, which leaves out more.
-fn mark_bits(surface: &Surface, marked: &[[u32; 2]]) -> Vec<bool> {
+fn mark_bits(surface: &ClosedSurface, marked: &[[u32; 2]]) -> Vec<bool> {
     let mut parents: Vec<u32> = (0..surface.vertex_count()).collect();
     let mut bits = Vec::new();
     for edge in surface.edges() {

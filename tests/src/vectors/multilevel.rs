@@ -5,7 +5,7 @@ use anyhow::{Result, bail};
 use serde_json::{Map, Value, json};
 use terrain_core::SurfacePartition;
 use terrain_core::levels::replay::{Demand, Replay};
-use terrain_core::streaming::multilevel::{LevelView, Limits, MultilevelMesh, to_ascii};
+use terrain_core::streaming::multilevel::{LevelView, MultilevelLimits, MultilevelMesh, to_ascii};
 
 use super::input;
 
@@ -21,8 +21,8 @@ pub(super) fn expected(vector: &Value) -> Result<Value> {
 pub(super) fn malformed(vector: &Value) -> Result<Value> {
     let texts: Vec<String> = input::read(vector, "texts")?;
     let is_refused: fn(&str) -> bool = match dimension(vector)? {
-        2 => |text| MultilevelMesh::<2>::from_ascii(text, Limits::default()).is_err(),
-        3 => |text| MultilevelMesh::<3>::from_ascii(text, Limits::default()).is_err(),
+        2 => |text| MultilevelMesh::<2>::from_ascii(text, MultilevelLimits::default()).is_err(),
+        3 => |text| MultilevelMesh::<3>::from_ascii(text, MultilevelLimits::default()).is_err(),
         other => bail!("vertices of {other} numbers are not answered"),
     };
     Ok(json!({ "all_rejected": texts.iter().all(|text| is_refused(text)) }))
@@ -38,7 +38,7 @@ pub(super) fn dimension(vector: &Value) -> Result<usize> {
 
 fn of_text<const DIMENSION: usize>(vector: &Value) -> Result<Value> {
     let text: String = input::read(vector, "text")?;
-    let mesh = MultilevelMesh::<DIMENSION>::from_ascii(&text, Limits::default())?;
+    let mesh = MultilevelMesh::<DIMENSION>::from_ascii(&text, MultilevelLimits::default())?;
     let mut expected = levels(&mesh, vector)?;
     if vector.get("collapses").is_some() {
         expected["all_representatives"] = representatives(&of_collapses(vector)?);

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use super::range_coder::{Coder, Probability};
 use super::split::{Split, SplitModel};
-use super::surface::{Ring, Surface, are_possible};
+use super::surface::{GrowingSurface, Ring, are_possible};
 
 /// Valences that have statistics of their own.
 const VALENCES: usize = 12;
@@ -32,7 +32,7 @@ pub(super) enum Stage {
 }
 
 /// Knows the splits, or is none the wiser and lets the bits tell.
-pub(super) trait Source {
+pub(super) trait SplitSource {
     /// Whether a vertex splits now.
     fn splits(&self, vertex: u32) -> bool;
     /// How it does.
@@ -44,7 +44,7 @@ pub(super) trait Source {
 /// For a decoder.
 pub(super) struct Unknown;
 
-impl Source for Unknown {
+impl SplitSource for Unknown {
     fn splits(&self, _: u32) -> bool {
         false
     }
@@ -68,7 +68,7 @@ pub(super) enum Fault {
 /// The state that encoder and decoder share.
 #[derive(Debug)]
 pub(super) struct LevelCoder {
-    pub(super) surface: Surface,
+    pub(super) surface: GrowingSurface,
     /// For each vertex its representative, itself where there is none.
     pub(super) representatives: Vec<u32>,
     /// Where each vertex was when it was made.
@@ -86,7 +86,7 @@ pub(super) struct LevelCoder {
 }
 
 impl LevelCoder {
-    pub(super) fn new(surface: Surface, splits: SplitModel, bounds: [DVec3; 2]) -> Self {
+    pub(super) fn new(surface: GrowingSurface, splits: SplitModel, bounds: [DVec3; 2]) -> Self {
         let positions: Vec<DVec3> = surface.vertices.iter().map(|vertex| vertex.position).collect();
         Self {
             representatives: (0..positions.len() as u32).collect(),
@@ -108,7 +108,7 @@ impl LevelCoder {
         coder: &mut C,
         stage: Stage,
         count: usize,
-        source: &mut impl Source,
+        source: &mut impl SplitSource,
     ) -> Result<(), Fault> {
         let end = self.surface.vertices.len() + count;
         self.queue.clear();
@@ -145,7 +145,7 @@ impl LevelCoder {
         stage: Stage,
         vertex: u32,
         is_asked_again: bool,
-        source: &mut impl Source,
+        source: &mut impl SplitSource,
     ) -> Result<(), Fault> {
         let asked = &mut self.surface.vertices[vertex as usize];
         asked.is_queued = false;
@@ -166,7 +166,7 @@ impl LevelCoder {
         coder: &mut C,
         stage: Stage,
         vertex: u32,
-        source: &mut impl Source,
+        source: &mut impl SplitSource,
     ) -> Result<(), Fault> {
         self.surface.walk(vertex, &mut self.ring);
         let told = source.split(vertex, &self.ring);

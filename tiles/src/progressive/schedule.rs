@@ -3,7 +3,7 @@
 use terrain_core::SurfacePartition;
 
 use super::collapses::{Collapses, NONE};
-use super::level::Source;
+use super::level::SplitSource;
 use super::split::Split;
 use super::surface::{Cuts, Ring, Spoke};
 
@@ -42,7 +42,7 @@ impl<'a> Schedule<'a> {
     }
 }
 
-impl Source for Schedule<'_> {
+impl SplitSource for Schedule<'_> {
     fn splits(&self, vertex: u32) -> bool {
         let collapse = self.next[self.originals[vertex as usize] as usize];
         collapse != NONE

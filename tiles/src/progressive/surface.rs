@@ -148,12 +148,12 @@ struct Triangle {
 
 /// Vertices and triangles so far.
 #[derive(Debug, Default)]
-pub(super) struct Surface {
+pub(super) struct GrowingSurface {
     pub(super) vertices: Vec<Vertex>,
     triangles: Vec<Triangle>,
 }
 
-impl Surface {
+impl GrowingSurface {
     /// Joins triangles whose corners are `vertices`. An edge of more than two triangles, or of two that run along it in one
     /// direction, is left open; of fans that meet in nothing but a vertex, one is walked.
     pub(super) fn new(vertices: Vec<Vertex>, triangles: &[[u32; 3]]) -> Self {

@@ -1,22 +1,22 @@
 use super::*;
 
 /// A square of four triangles around vertex 4.
-fn square() -> Surface {
+fn square() -> GrowingSurface {
     let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0]];
     let vertex = |[x, y]: [f64; 2]| Vertex::new(DVec3::new(x, y, 0.0), Fit::Free);
-    Surface::new(
+    GrowingSurface::new(
         corners.map(vertex).to_vec(),
         &[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
     )
 }
 
-fn walk(surface: &Surface, vertex: u32) -> Ring {
+fn walk(surface: &GrowingSurface, vertex: u32) -> Ring {
     let mut ring = Ring::default();
     surface.walk(vertex, &mut ring);
     ring
 }
 
-fn split(surface: &mut Surface, red: u32, side: Side, [first, second]: [u32; 2]) {
+fn split(surface: &mut GrowingSurface, red: u32, side: Side, [first, second]: [u32; 2]) {
     let ring = walk(surface, red);
     let place = |neighbour| {
         ring.spokes
@@ -40,7 +40,7 @@ fn split(surface: &mut Surface, red: u32, side: Side, [first, second]: [u32; 2])
 }
 
 /// Neighbours of a vertex, counter-clockwise, those of an inner vertex from the smallest on.
-fn around(surface: &Surface, vertex: u32) -> Vec<u32> {
+fn around(surface: &GrowingSurface, vertex: u32) -> Vec<u32> {
     let ring = walk(surface, vertex);
     let mut vertices: Vec<u32> = ring.spokes.iter().map(|spoke| spoke.vertex).collect();
     if ring.is_closed() {
@@ -107,7 +107,7 @@ fn cuts_must_leave_each_its_triangles() {
 #[test]
 fn an_edge_of_three_triangles_stays_open() {
     let vertices = vec![Vertex::new(DVec3::ZERO, Fit::Free); 5];
-    let surface = Surface::new(vertices, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
+    let surface = GrowingSurface::new(vertices, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
     assert_eq!(around(&surface, 2).len(), 2);
     assert!(!walk(&surface, 0).is_closed());
 }

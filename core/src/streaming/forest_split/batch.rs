@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::forest::{Candidate, Forest};
 use super::reading::read_split;
-use super::{ForestSplit, Surface};
+use super::{ClosedSurface, ForestSplit};
 use crate::mesh::Mesh;
 use crate::topology::connectivity::{Connectivity, EdgeStar, LinkFault};
 
@@ -37,7 +37,7 @@ pub struct CollapseError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coarsening {
     /// What the collapses leave; vertices and triangles in the order of the fine surface.
-    pub surface: Surface,
+    pub surface: ClosedSurface,
     /// Refines it again.
     pub split: ForestSplit,
     /// For each vertex of the refined surface the vertex of the fine one that it is.
@@ -48,7 +48,7 @@ pub struct Coarsening {
 ///
 /// # Errors
 /// With the first collapse that cannot be performed or cannot be part of the same forest.
-pub fn coarsen(fine: &Surface, collapses: &[[u32; 2]]) -> Result<Coarsening, CollapseError> {
+pub fn coarsen(fine: &ClosedSurface, collapses: &[[u32; 2]]) -> Result<Coarsening, CollapseError> {
     let mut collapsing = Collapsing::new(fine);
     for (index, &ends) in collapses.iter().enumerate() {
         let result = collapsing.perform_admitted(ends);
@@ -67,7 +67,7 @@ pub fn coarsen(fine: &Surface, collapses: &[[u32; 2]]) -> Result<Coarsening, Col
 ///
 /// # Errors
 /// With the first collapse that cannot be performed.
-pub fn forest_batches(fine: &Surface, collapses: &[[u32; 2]]) -> Result<Vec<Vec<u32>>, CollapseError> {
+pub fn forest_batches(fine: &ClosedSurface, collapses: &[[u32; 2]]) -> Result<Vec<Vec<u32>>, CollapseError> {
     let mut collapsing = Collapsing::new(fine);
     let mut rest: Vec<u32> = (0..collapses.len() as u32).collect();
     let mut batches = Vec::new();
@@ -99,7 +99,7 @@ struct Later {
 }
 
 impl Later {
-    fn new(surface: &Surface) -> Self {
+    fn new(surface: &ClosedSurface) -> Self {
         Self {
             collapses: Vec::new(),
             is_waiting: vec![false; surface.closed_vertex_count() as usize],
@@ -119,7 +119,7 @@ impl Later {
 
 /// A closed surface on which edges collapse, and the forest that they leave behind.
 pub(super) struct Collapsing<'a> {
-    pub(super) fine: &'a Surface,
+    pub(super) fine: &'a ClosedSurface,
     pub(super) connectivity: Connectivity,
     pub(super) forest: Forest,
     pub(super) is_removed: Vec<bool>,
@@ -129,7 +129,7 @@ pub(super) struct Collapsing<'a> {
 }
 
 impl<'a> Collapsing<'a> {
-    pub(super) fn new(fine: &'a Surface) -> Self {
+    pub(super) fn new(fine: &'a ClosedSurface) -> Self {
         // Connectivity has no use for coordinates but to count them.
         let closed = Mesh {
             positions: vec![DVec3::ZERO; fine.closed_vertex_count() as usize],

@@ -16,7 +16,7 @@ use std::collections::VecDeque;
 
 use super::forest::{find, unite};
 use super::gap::{Branches, GapCorner};
-use super::{ForestSplit, SplitError, Surface};
+use super::{ClosedSurface, ForestSplit, SplitError};
 
 /// The bits of one batch.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,7 +44,7 @@ impl SplitBits {
 }
 
 /// The bits that mark `edges`, which are in growing order and form a forest.
-fn mark_bits(surface: &Surface, edges: &[[u32; 2]]) -> Vec<bool> {
+fn mark_bits(surface: &ClosedSurface, edges: &[[u32; 2]]) -> Vec<bool> {
     let mut bits = Vec::new();
     ask_edges(surface, |edge| {
         bits.push(edges.binary_search(&edge).is_ok());
@@ -54,7 +54,7 @@ fn mark_bits(surface: &Surface, edges: &[[u32; 2]]) -> Vec<bool> {
 }
 
 /// The edges that `bits` mark on `surface`.
-fn marked_edges(surface: &Surface, bits: &[bool]) -> Result<Vec<[u32; 2]>, SplitError> {
+fn marked_edges(surface: &ClosedSurface, bits: &[bool]) -> Result<Vec<[u32; 2]>, SplitError> {
     let mut edges = Vec::new();
     let mut bits = bits.iter().copied();
     let answered = ask_edges(surface, |edge| {
@@ -70,7 +70,7 @@ fn marked_edges(surface: &Surface, bits: &[bool]) -> Result<Vec<[u32; 2]>, Split
 }
 
 /// Asks about each edge, unless its ends are in one tree already, whether it is marked; None where there is no answer.
-fn ask_edges(surface: &Surface, mut is_marked: impl FnMut([u32; 2]) -> Option<bool>) -> Option<()> {
+fn ask_edges(surface: &ClosedSurface, mut is_marked: impl FnMut([u32; 2]) -> Option<bool>) -> Option<()> {
     let mut parents: Vec<u32> = (0..surface.vertex_count()).collect();
     let mut is_passed = vec![false; surface.half_edge_count()];
     for first in surface.leaving().into_iter().take(parents.len()).flatten() {
@@ -99,7 +99,7 @@ impl ForestSplit {
     ///
     /// # Errors
     /// When it is none of `surface`.
-    pub fn encode(&self, surface: &Surface) -> Result<SplitBits, SplitError> {
+    pub fn encode(&self, surface: &ClosedSurface) -> Result<SplitBits, SplitError> {
         let gaps = self.gaps(surface)?;
         let candidates = openable(surface, &self.edges);
         Ok(SplitBits {
@@ -117,7 +117,7 @@ impl ForestSplit {
     ///
     /// # Errors
     /// When there are too few bits or too many.
-    pub fn decode(bits: &SplitBits, surface: &Surface) -> Result<Self, SplitError> {
+    pub fn decode(bits: &SplitBits, surface: &ClosedSurface) -> Result<Self, SplitError> {
         let edges = marked_edges(surface, &bits.marks)?;
         let candidates = openable(surface, &edges);
         if candidates.len() != bits.opened.len() {
@@ -135,7 +135,7 @@ impl ForestSplit {
 }
 
 /// The vertices of the trees that are on the boundary.
-fn openable(surface: &Surface, edges: &[[u32; 2]]) -> Vec<u32> {
+fn openable(surface: &ClosedSurface, edges: &[[u32; 2]]) -> Vec<u32> {
     let leaving = surface.leaving();
     let is_on_boundary = |vertex: &u32| {
         let mut fan = leaving[*vertex as usize]

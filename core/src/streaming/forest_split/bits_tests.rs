@@ -18,7 +18,7 @@ fn a_fill_asks_only_where_its_size_leaves_a_choice() {
 
 #[test]
 fn the_third_edge_of_a_triangle_with_two_marked_ones_costs_nothing() -> Result<(), SplitError> {
-    let surface = Surface::new(3, &[[0, 1, 2]])?;
+    let surface = ClosedSurface::new(3, &[[0, 1, 2]])?;
     assert_eq!(mark_bits(&surface, &[[0, 1], [0, 2]]), [true, true]);
     assert_eq!(mark_bits(&surface, &[]), [false, false, false]);
     assert_eq!(marked_edges(&surface, &[true, true])?, [[0, 1], [0, 2]]);

@@ -11,7 +11,7 @@
 //! The fill is a binary tree: the triangle on the edge from the polygon's last corner to its first has its third corner
 //! somewhere between; what is left of it and right of it are polygons again.
 
-use super::surface::{Surface, next};
+use super::surface::{ClosedSurface, next};
 
 /// A corner of a gap: the triangles of the surface that meet there.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub(super) struct GapCorner {
 }
 
 /// Walks around each tree of marked half-edges, in the order of the trees' smallest edges; corners in the order visited.
-pub(super) fn gaps(surface: &Surface, is_marked: &[bool]) -> Vec<Vec<GapCorner>> {
+pub(super) fn gaps(surface: &ClosedSurface, is_marked: &[bool]) -> Vec<Vec<GapCorner>> {
     let mut is_walked = vec![false; surface.half_edge_count()];
     let mut starts: Vec<u32> = (0..surface.half_edge_count() as u32)
         .filter(|&half_edge| is_marked[half_edge as usize] && surface.origin(half_edge) < surface.target(half_edge))
@@ -38,7 +38,7 @@ pub(super) fn gaps(surface: &Surface, is_marked: &[bool]) -> Vec<Vec<GapCorner>>
     gaps
 }
 
-fn walk(surface: &Surface, is_marked: &[bool], start: u32, is_walked: &mut [bool]) -> Vec<GapCorner> {
+fn walk(surface: &ClosedSurface, is_marked: &[bool], start: u32, is_walked: &mut [bool]) -> Vec<GapCorner> {
     let mut corners = Vec::new();
     let mut half_edge = start;
     loop {
@@ -58,7 +58,7 @@ fn walk(surface: &Surface, is_marked: &[bool], start: u32, is_walked: &mut [bool
 }
 
 /// The half-edges that leave the target of `arriving`, up to the next marked one.
-fn sector(surface: &Surface, is_marked: &[bool], arriving: u32) -> Vec<u32> {
+fn sector(surface: &ClosedSurface, is_marked: &[bool], arriving: u32) -> Vec<u32> {
     let mut sector = Vec::new();
     for half_edge in surface.fan(next(arriving)) {
         sector.push(half_edge);

@@ -48,7 +48,7 @@ fn a_fill_is_found_again_from_its_triangles() {
 #[test]
 fn a_walk_has_a_corner_for_each_side_of_each_edge() {
     let tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    let surface = Surface::new(4, &tetrahedron).unwrap();
+    let surface = ClosedSurface::new(4, &tetrahedron).unwrap();
     let mut is_marked = vec![false; surface.half_edge_count()];
     for half_edge in 0..surface.half_edge_count() as u32 {
         let ends = [surface.origin(half_edge), surface.target(half_edge)];

@@ -12,7 +12,7 @@
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-use super::Surface;
+use super::ClosedSurface;
 use super::batch::Collapsing;
 use super::forest::Candidate;
 
@@ -21,7 +21,7 @@ use super::forest::Candidate;
 ///
 /// `cost` is asked with the blue vertex, the red one and the triangles around the blue vertex that would have the red one in
 /// its place; None forbids the collapse.
-pub fn largest_batch(fine: &Surface, cost: impl Fn(u32, u32, &[[u32; 3]]) -> Option<f64>) -> Vec<[u32; 2]> {
+pub fn largest_batch(fine: &ClosedSurface, cost: impl Fn(u32, u32, &[[u32; 3]]) -> Option<f64>) -> Vec<[u32; 2]> {
     let mut growth = Growth {
         collapsing: Collapsing::new(fine),
         cost,

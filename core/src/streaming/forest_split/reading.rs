@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::batch::{Coarsening, Collapsing};
 use super::gap::{Branches, GapCorner, find_fill, gaps, polygon};
-use super::{ForestSplit, OUTSIDE, Surface, number_copies};
+use super::{ClosedSurface, ForestSplit, OUTSIDE, number_copies};
 
 /// The split of what `collapsing` has left; None where the removed triangles do not fill the gaps.
 pub(super) fn read_split(collapsing: &Collapsing) -> Option<Coarsening> {
@@ -65,7 +65,7 @@ impl<'a> Reading<'a> {
     }
 
     /// What is left, in numbers of its own, and the number of each of its vertices in the fine surface.
-    fn coarse_surface(&self) -> Option<(Surface, Vec<u32>)> {
+    fn coarse_surface(&self) -> Option<(ClosedSurface, Vec<u32>)> {
         let Collapsing { fine, connectivity, .. } = self.collapsing;
         let is_left = |vertex: &u32| !self.collapsing.is_blue[*vertex as usize];
         let mut fine_vertices: Vec<u32> = (0..fine.closed_vertex_count()).filter(is_left).collect();
@@ -78,7 +78,7 @@ impl<'a> Reading<'a> {
         let real_end = fine.triangles().len() as u32;
         let triangle_count = self.kept.partition_point(|&triangle| triangle < real_end) as u32;
         fine_vertices.retain(|&vertex| !fine.is_virtual(vertex));
-        let surface = Surface::from_closed(fine_vertices.len() as u32, triangle_count, triangles).ok()?;
+        let surface = ClosedSurface::from_closed(fine_vertices.len() as u32, triangle_count, triangles).ok()?;
         Some((surface, fine_vertices))
     }
 
@@ -95,7 +95,7 @@ impl<'a> Reading<'a> {
         }
     }
 
-    fn fine_corners(&self, surface: &Surface, gap: &[GapCorner]) -> Vec<FineCorner> {
+    fn fine_corners(&self, surface: &ClosedSurface, gap: &[GapCorner]) -> Vec<FineCorner> {
         let fine = self.collapsing.fine;
         let mut coarse = OUTSIDE;
         let corner = |corner: &GapCorner| {

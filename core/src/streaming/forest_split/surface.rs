@@ -34,7 +34,7 @@ pub enum SurfaceError {
 
 /// An oriented 2-manifold, with or without boundaries.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
+pub struct ClosedSurface {
     vertex_count: u32,
     triangle_count: u32,
     /// Corners of the real triangles, then of the virtual ones.
@@ -43,7 +43,7 @@ pub struct Surface {
     opposite: Vec<u32>,
 }
 
-impl Surface {
+impl ClosedSurface {
     /// The surface of `triangles`, counter-clockwise corners among `vertex_count` vertices.
     ///
     /// # Errors

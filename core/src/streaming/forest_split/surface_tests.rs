@@ -6,7 +6,7 @@ const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
 #[test]
 fn a_closed_surface_has_no_virtual_vertex() {
-    let surface = Surface::new(4, &TETRAHEDRON).unwrap();
+    let surface = ClosedSurface::new(4, &TETRAHEDRON).unwrap();
     assert_eq!(surface.closed_vertex_count(), 4);
     assert_eq!(surface.edges(), [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]);
 }
@@ -14,7 +14,7 @@ fn a_closed_surface_has_no_virtual_vertex() {
 #[test]
 fn each_boundary_loop_gets_a_virtual_vertex_of_its_own() {
     let two_apart = [[0, 1, 2], [3, 4, 5]];
-    let surface = Surface::new(7, &two_apart).unwrap();
+    let surface = ClosedSurface::new(7, &two_apart).unwrap();
     assert_eq!(surface.closed_vertex_count(), 9);
     assert_eq!(surface.triangles(), two_apart);
     assert_eq!(surface.closed_triangles().len(), 8);
@@ -23,7 +23,7 @@ fn each_boundary_loop_gets_a_virtual_vertex_of_its_own() {
 
 #[test]
 fn a_fan_goes_once_around_its_vertex() {
-    let surface = Surface::new(4, &TETRAHEDRON[..3]).unwrap();
+    let surface = ClosedSurface::new(4, &TETRAHEDRON[..3]).unwrap();
     let leaving = surface.leaving();
     let targets: Vec<u32> = surface
         .fan(leaving[1].unwrap())
@@ -39,7 +39,7 @@ fn a_fan_goes_once_around_its_vertex() {
 
 #[test]
 fn what_is_no_manifold_is_refused() {
-    let refusal = |triangles: &[[u32; 3]]| Surface::new(7, triangles).unwrap_err();
+    let refusal = |triangles: &[[u32; 3]]| ClosedSurface::new(7, triangles).unwrap_err();
     assert_eq!(refusal(&[[0, 1, 1]]), SurfaceError::BadTriangle(0));
     assert_eq!(refusal(&[[0, 1, 2], [0, 1, 7]]), SurfaceError::BadTriangle(1));
     assert_eq!(refusal(&[[0, 1, 2], [0, 1, 3]]), SurfaceError::Edge(0, 1));

@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use super::needed::NeededLinks;
 use super::tokens::{Place, Token, Tokenizer, WordTooLong};
-use super::{LevelBatch, LevelFault, Limits, MultilevelMesh, check_before, check_distinct};
+use super::{LevelBatch, LevelFault, MultilevelLimits, MultilevelMesh, check_before, check_distinct};
 
 /// What is wrong with a text.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -92,7 +92,7 @@ struct LevelReader<const DIMENSION: usize> {
 impl<const DIMENSION: usize> AsciiReader<DIMENSION> {
     /// A reader at the start of a text.
     #[must_use]
-    pub fn new(limits: Limits) -> Self {
+    pub fn new(limits: MultilevelLimits) -> Self {
         Self {
             tokenizer: Tokenizer::new(),
             level: LevelReader::new(limits),
@@ -130,7 +130,7 @@ impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
     ///
     /// # Errors
     /// The first fault, with its line and column.
-    pub fn from_ascii(text: &str, limits: Limits) -> Result<Self, ReadError> {
+    pub fn from_ascii(text: &str, limits: MultilevelLimits) -> Result<Self, ReadError> {
         let mut reader = AsciiReader::new(limits);
         reader.push(text.as_bytes())?;
         reader.finish()
@@ -138,7 +138,7 @@ impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
 }
 
 impl<const DIMENSION: usize> LevelReader<DIMENSION> {
-    fn new(limits: Limits) -> Self {
+    fn new(limits: MultilevelLimits) -> Self {
         Self {
             mesh: MultilevelMesh::new(limits),
             section: Section::BeforeVertices,

@@ -26,7 +26,7 @@ const SQUARE: &str = "\
 ";
 
 fn read(text: &str) -> Result<MultilevelMesh<2>, ReadError> {
-    MultilevelMesh::from_ascii(text, Limits::default())
+    MultilevelMesh::from_ascii(text, MultilevelLimits::default())
 }
 
 fn refusal(text: &str) -> String {
@@ -72,7 +72,7 @@ fn coordinates_come_back_bit_for_bit() {
         ..LevelBatch::default()
     })
     .unwrap();
-    let read = MultilevelMesh::<3>::from_ascii(&to_ascii(&mesh), Limits::default()).unwrap();
+    let read = MultilevelMesh::<3>::from_ascii(&to_ascii(&mesh), MultilevelLimits::default()).unwrap();
     let bits = |positions: &[[f64; 3]]| positions.as_flattened().iter().map(|c| c.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(read.positions()), bits(&positions));
 }
@@ -80,14 +80,14 @@ fn coordinates_come_back_bit_for_bit() {
 #[test]
 fn a_vertex_may_carry_properties() {
     let text = "{0 0 0 0.5 1, 1 0 0 1 1, 0 1 0 0 0}{0 1 2}";
-    let mesh = MultilevelMesh::<5>::from_ascii(text, Limits::default()).unwrap();
+    let mesh = MultilevelMesh::<5>::from_ascii(text, MultilevelLimits::default()).unwrap();
     assert_eq!(mesh.positions()[0], [0.0, 0.0, 0.0, 0.5, 1.0]);
     assert_eq!(mesh.positions().len(), 3);
 }
 
 #[test]
 fn every_level_is_there_as_soon_as_its_last_brace_has_been_read() {
-    let mut reader = AsciiReader::<2>::new(Limits::default());
+    let mut reader = AsciiReader::<2>::new(MultilevelLimits::default());
     let mut level_ends = Vec::new();
     for (index, byte) in SQUARE.bytes().enumerate() {
         let before = reader.mesh().level_count();
@@ -182,7 +182,7 @@ fn texts_that_are_no_mesh_are_refused() {
 
 #[test]
 fn a_word_without_end_is_refused_before_it_fills_the_memory() {
-    let mut reader = AsciiReader::<2>::new(Limits::default());
+    let mut reader = AsciiReader::<2>::new(MultilevelLimits::default());
     reader.push(b"{").unwrap();
     let error = reader.push(&[b'1'; 100]).unwrap_err();
     assert_eq!(
@@ -193,7 +193,7 @@ fn a_word_without_end_is_refused_before_it_fills_the_memory() {
 
 #[test]
 fn a_level_without_end_is_refused_at_the_limits() {
-    let limits = Limits {
+    let limits = MultilevelLimits {
         vertices: 3,
         triangles: 2,
         levels: 1,
@@ -217,7 +217,7 @@ fn truncated_and_corrupted_texts_never_panic() {
     for (index, byte) in (0..SQUARE.len()).flat_map(|index| b"{}#9-.,\xff".map(|byte| (index, byte))) {
         let mut bytes = SQUARE.as_bytes().to_vec();
         bytes[index] = byte;
-        let mut reader = AsciiReader::<2>::new(Limits::default());
+        let mut reader = AsciiReader::<2>::new(MultilevelLimits::default());
         let Ok(()) = reader.push(&bytes) else { continue };
         if let Ok(mesh) = reader.finish() {
             let mut view = super::super::LevelView::default();

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use thiserror::Error;
 
-use super::{LevelBatch, LevelEnd, LevelError, Limits, MultilevelMesh};
+use super::{LevelBatch, LevelEnd, LevelError, MultilevelLimits, MultilevelMesh};
 use crate::levels::partition::{self, Level, PartitionError, SurfacePartition};
 
 /// Why a Surface Partition cannot be a multilevel mesh.
@@ -78,7 +78,7 @@ impl<const DIMENSION: usize> MultilevelMesh<DIMENSION> {
         representatives: &[u32],
         ends: impl Iterator<Item = LevelEnd>,
     ) -> Result<Self, LevelError> {
-        let mut mesh = Self::new(Limits::NONE);
+        let mut mesh = Self::new(MultilevelLimits::NONE);
         let pairs = (0_u32..).zip(representatives.iter().copied());
         let mut pairs: Vec<(u32, u32)> = pairs.filter(|(vertex, own)| vertex != own).collect();
         let mut start = LevelEnd::default();

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::Result;
-use terrain_tiles::x3d::{Encoding, to_world};
+use terrain_tiles::formats::x3d::{Encoding, to_world};
 
 use super::levels::LeveledModel;
 use super::{ModelError, lod_file};

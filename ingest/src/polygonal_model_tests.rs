@@ -20,7 +20,7 @@ fn file(folder: &TempDir, name: &str, text: &str) -> PathBuf {
 
 fn read_text(name: &str, text: &str) -> Result<Model, ModelError> {
     let folder = TempDir::new().unwrap();
-    read(&file(&folder, name, text), Limits::default())
+    read(&file(&folder, name, text), PolygonLimits::default())
 }
 
 fn made(folder: &TempDir, input: &str, target: Target, output: &str, lod: Option<usize>) -> Report {
@@ -113,11 +113,11 @@ fn levels_keep_the_error_that_was_asked_for_and_colours_on_the_way() {
         errors.is_sorted() && *errors.last().unwrap() <= 0.2 && *errors.last().unwrap() > 0.1,
         "{errors:?}"
     );
-    let written = read(&folder.path().join("out.ply"), Limits::default()).unwrap();
+    let written = read(&folder.path().join("out.ply"), PolygonLimits::default()).unwrap();
     assert_eq!(written.mesh.triangles.len(), report.levels.last().unwrap().triangles);
     file(&folder, "octahedron.obj", OCTAHEDRON);
     made(&folder, "octahedron.obj", Target::Coarsest, "coloured.ply", Some(0));
-    let coloured = read(&folder.path().join("coloured.ply"), Limits::default()).unwrap();
+    let coloured = read(&folder.path().join("coloured.ply"), PolygonLimits::default()).unwrap();
     assert_eq!(coloured.columns.len(), 3);
     assert_eq!(coloured.mesh.triangles.len(), 8);
 }
@@ -146,7 +146,7 @@ fn columns_follow_the_vertices_where_they_move() {
         .collect();
     file(&folder, "plate.ply", &text);
     made(&folder, "plate.ply", Target::Triangles(8), "few.ply", None);
-    let few = read(&folder.path().join("few.ply"), Limits::default()).unwrap();
+    let few = read(&folder.path().join("few.ply"), PolygonLimits::default()).unwrap();
     for (at, value) in few.mesh.positions.iter().zip(&few.columns[0].values) {
         assert!((at.x + 10.0 * at.y - value).abs() < 0.01, "{value} at {at}");
     }
@@ -164,7 +164,9 @@ fn a_level_of_a_lod_file_is_the_level_that_was_made() {
             (extracted.method, extracted.levels.len()),
             ("file", report.levels.len())
         );
-        let mesh = read(&folder.path().join("level.ply"), Limits::default()).unwrap().mesh;
+        let mesh = read(&folder.path().join("level.ply"), PolygonLimits::default())
+            .unwrap()
+            .mesh;
         assert_eq!(
             (mesh.positions.len(), mesh.triangles.len()),
             (made_level.vertices, made_level.triangles)

@@ -4,7 +4,7 @@
 use libfuzzer_sys::fuzz_target;
 use terrain_core::levels::partition::validate;
 use terrain_fuzz::LIMITS;
-use terrain_tiles::model::decode;
+use terrain_tiles::formats::spm::decode;
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(model) = decode(bytes, &LIMITS) {

@@ -13,11 +13,10 @@ use terrain_core::SurfacePartition;
 use terrain_core::levels::partition;
 use thiserror::Error;
 
-use crate::codec::rounded_up;
-use crate::fields::{self, Directory, Entry, Fields, Format};
+use super::fields::{self, Directory, Entry, Fields, Format};
+use super::spt::rounded_up;
+use super::{DecodeError, LevelLimits};
 use crate::progressive::{self, BaseSize, Frame, Run, Sampling};
-
-pub use crate::fields::{DecodeError, Limits};
 
 const FORMAT: Format = Format {
     name: "progressive mesh file",
@@ -26,12 +25,12 @@ const FORMAT: Format = Format {
 };
 const HEIGHT_FIELD: u8 = 1;
 const SAMPLED: u8 = 2;
-/// Lattice units along each axis of a model are at most this.
+/// Lattice units along each axis of a mesh are at most this.
 const MAX_EXTENT: f64 = 2_147_483_648.0;
 
 /// A mesh with its levels of detail.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Model {
+pub struct ProgressiveMesh {
     /// Where the lattice's origin is, in the units of the mesh.
     pub origin: DVec3,
     /// The mesh's units in one of the lattice, for each axis.
@@ -44,12 +43,12 @@ pub struct Model {
     pub partition: SurfacePartition,
 }
 
-/// Why a model cannot be written.
+/// Why a mesh cannot be written.
 #[derive(Debug, Error, PartialEq)]
-pub enum EncodeError {
+pub enum ProgressiveMeshError {
     /// It is no partition that the codec can hold.
     #[error(transparent)]
-    Partition(#[from] progressive::EncodeError),
+    Partition(#[from] progressive::Uncodable),
     /// The origin, a step, the sampling or the extent is not finite, not positive or too large.
     #[error("the lattice must be finite, with steps above 0 and at most 2^31 of them a side")]
     Lattice,
@@ -58,19 +57,19 @@ pub enum EncodeError {
     TooLarge,
 }
 
-impl Model {
+impl ProgressiveMesh {
     /// Lays `partition`, in the units of a mesh, on a cubic lattice that divides its longest side by 2^`bits`, and rounds every
     /// position to it.
     ///
     /// # Errors
     /// When a position is not finite, or `bits` is more than 31.
-    pub fn quantised(partition: &SurfacePartition, bits: u32) -> Result<Self, EncodeError> {
+    pub fn quantised(partition: &SurfacePartition, bits: u32) -> Result<Self, ProgressiveMeshError> {
         let positions = || partition.positions.iter().chain(&partition.blue_positions);
         let low = positions().copied().reduce(DVec3::min).unwrap_or_default();
         let high = positions().copied().reduce(DVec3::max).unwrap_or_default();
         let longest = (high - low).max_element();
         if !longest.is_finite() || bits > 31 {
-            return Err(EncodeError::Lattice);
+            return Err(ProgressiveMeshError::Lattice);
         }
         let step = if longest > 0.0 {
             longest / f64::from(bits).exp2()
@@ -109,23 +108,23 @@ impl Model {
     }
 }
 
-/// Writes a model.
+/// Writes a mesh.
 ///
 /// # Errors
-/// When the model is not what [`Model`] says it is, or its surface is no manifold where vertices collapse.
-pub fn encode(model: &Model) -> Result<Vec<u8>, EncodeError> {
-    let partition = &model.partition;
+/// When the mesh is not what [`ProgressiveMesh`] says it is, or its surface is no manifold where vertices collapse.
+pub fn encode(mesh: &ProgressiveMesh) -> Result<Vec<u8>, ProgressiveMeshError> {
+    let partition = &mesh.partition;
     let positions = partition.positions.iter().chain(&partition.blue_positions);
     let extent = positions.fold(DVec3::ZERO, |extent, &position| extent.max(position));
-    let frame = frame(model.is_height_field, model.sampling, extent);
+    let frame = frame(mesh.is_height_field, mesh.sampling, extent);
     let is_positive = |step: f64| step.is_finite() && step > 0.0;
-    let is_lattice = model.origin.is_finite() && model.step.to_array().into_iter().all(is_positive);
+    let is_lattice = mesh.origin.is_finite() && mesh.step.to_array().into_iter().all(is_positive);
     if !is_lattice || !frame.is_valid() || extent.max_element() > MAX_EXTENT {
-        return Err(EncodeError::Lattice);
+        return Err(ProgressiveMeshError::Lattice);
     }
     let coded = progressive::encode(partition, partition.levels.len(), &frame)?;
     let mut bytes = Vec::new();
-    write_header(&mut bytes, model, extent, coded.base);
+    write_header(&mut bytes, mesh, extent, coded.base);
     let mut directory = Directory::new(false);
     for (&level, coded) in partition.levels.iter().zip(&coded.levels) {
         let mut entry = Entry {
@@ -134,44 +133,46 @@ pub fn encode(model: &Model) -> Result<Vec<u8>, EncodeError> {
             outline_error: 0.0,
         };
         entry.level.error = f64::from(rounded_up(level.error));
-        directory.write(&mut bytes, &entry).map_err(|_| EncodeError::TooLarge)?;
+        directory
+            .write(&mut bytes, &entry)
+            .map_err(|_| ProgressiveMeshError::TooLarge)?;
     }
     coded.levels.iter().for_each(|level| bytes.extend(level));
     Ok(bytes)
 }
 
-fn write_header(bytes: &mut Vec<u8>, model: &Model, extent: DVec3, base: BaseSize) {
+fn write_header(bytes: &mut Vec<u8>, mesh: &ProgressiveMesh, extent: DVec3, base: BaseSize) {
     bytes.extend(FORMAT.magic);
-    let flags = u8::from(model.is_height_field) * HEIGHT_FIELD + u8::from(model.sampling.is_some()) * SAMPLED;
+    let flags = u8::from(mesh.is_height_field) * HEIGHT_FIELD + u8::from(mesh.sampling.is_some()) * SAMPLED;
     bytes.extend([FORMAT.version, flags]);
-    let lattice = [model.origin.to_array(), model.step.to_array()];
+    let lattice = [mesh.origin.to_array(), mesh.step.to_array()];
     bytes.extend(lattice.as_flattened().iter().flat_map(|number| number.to_le_bytes()));
     let extent = extent.to_array().map(|extent| extent as u32);
-    let numbers = [model.partition.levels.len() as u32, base.vertices, base.triangles];
+    let numbers = [mesh.partition.levels.len() as u32, base.vertices, base.triangles];
     for number in numbers.into_iter().chain(extent) {
         bytes.extend(number.encode_var_vec());
     }
-    model.sampling.iter().for_each(|sampling| sampling.write(bytes));
+    mesh.sampling.iter().for_each(|sampling| sampling.write(bytes));
 }
 
-/// Reads a whole model.
+/// Reads a whole mesh.
 ///
 /// # Errors
-/// When the bytes are not a model of this version, or exceed `limits`.
-pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
+/// When the bytes are not a mesh of this version, or exceed `limits`.
+pub fn decode(bytes: &[u8], limits: &LevelLimits) -> Result<ProgressiveMesh, DecodeError> {
     let head = Head::read(bytes, limits)?;
-    head.model(&fields::whole_runs(&head.entries, &head.rest)?)
+    head.mesh(&fields::whole_runs(&head.entries, &head.rest)?)
 }
 
-/// Reads as much of a model as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
+/// Reads as much of a mesh as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
 /// are whole. Corners are those of the finest surface so far. A level that is cut has the error of the one before, for which alone
 /// it is certified; infinity if it is the first.
 ///
 /// # Errors
-/// When the bytes are not the beginning of a model of this version, or exceed `limits`.
-pub fn decode_prefix(bytes: &[u8], limits: &Limits) -> Result<Model, DecodeError> {
+/// When the bytes are not the beginning of a mesh of this version, or exceed `limits`.
+pub fn decode_prefix(bytes: &[u8], limits: &LevelLimits) -> Result<ProgressiveMesh, DecodeError> {
     let head = Head::read(bytes, limits)?;
-    head.model(&fields::runs(&head.entries, &head.rest)?)
+    head.mesh(&fields::runs(&head.entries, &head.rest)?)
 }
 
 /// What stands before the levels, and what follows.
@@ -185,7 +186,7 @@ struct Head<'a> {
 }
 
 impl<'a> Head<'a> {
-    fn read(bytes: &'a [u8], limits: &Limits) -> Result<Self, DecodeError> {
+    fn read(bytes: &'a [u8], limits: &LevelLimits) -> Result<Self, DecodeError> {
         let mut fields = Fields::open(bytes, &FORMAT)?;
         let [flags] = fields.bytes()?;
         let [origin, step] = [fields.doubles()?, fields.doubles()?].map(DVec3::from_array);
@@ -212,10 +213,10 @@ impl<'a> Head<'a> {
         })
     }
 
-    fn model(&self, runs: &[Run]) -> Result<Model, DecodeError> {
+    fn mesh(&self, runs: &[Run]) -> Result<ProgressiveMesh, DecodeError> {
         let partition = progressive::decode(self.base, runs, self.entries.len(), &self.frame)?;
         partition::validate(&partition)?;
-        Ok(Model {
+        Ok(ProgressiveMesh {
             origin: self.origin,
             step: self.step,
             is_height_field: self.frame.is_height_field,
@@ -234,5 +235,5 @@ fn frame(is_height_field: bool, sampling: Option<Sampling>, extent: DVec3) -> Fr
 }
 
 #[cfg(test)]
-#[path = "model_tests.rs"]
+#[path = "spm_tests.rs"]
 mod tests;

@@ -17,14 +17,14 @@ mod validate;
 
 use glam::DVec3;
 
-pub use decode::{DecodeError, Limits, decode};
+pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
 pub use encode::encode;
 pub use validate::{Fault, validate};
 
 use crate::address::{Side, TileAddress};
 use crate::ellipsoid::{Geodetic, normal, to_earth_centred};
 use crate::tile::Tile;
-use square::Surface;
+use square::CompletedSquare;
 
 /// Largest value of a vertex coordinate: the east and the north side, and the largest height.
 pub const EXTENT: u16 = 32_767;
@@ -86,7 +86,7 @@ impl QuantizedMesh {
         Self::from_surface(address, square::complete(&nothing, 1, address.zoom))
     }
 
-    fn from_surface(address: TileAddress, surface: Surface) -> Self {
+    fn from_surface(address: TileAddress, surface: CompletedSquare) -> Self {
         let surface = number_by_first_use(surface);
         let scale = HeightScale::over(surface.points.iter().map(|point| point.height));
         let vertices: Vec<Vertex> = surface
@@ -147,7 +147,7 @@ fn geodetic(address: TileAddress, heights: [f32; 2], vertex: Vertex) -> Geodetic
 
 /// Renumbers the vertices in the order in which the triangles use them, which is what high-water-mark coding wants;
 /// those that no triangle uses go.
-fn number_by_first_use(surface: Surface) -> Surface {
+fn number_by_first_use(surface: CompletedSquare) -> CompletedSquare {
     let mut numbers = vec![u32::MAX; surface.points.len()];
     let mut points = Vec::with_capacity(surface.points.len());
     let mut number = |old: u32| {
@@ -163,7 +163,7 @@ fn number_by_first_use(surface: Surface) -> Surface {
         .iter()
         .map(|triangle| triangle.map(&mut number))
         .collect();
-    Surface {
+    CompletedSquare {
         points,
         triangles,
         measured: surface.measured,

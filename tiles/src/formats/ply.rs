@@ -1,18 +1,12 @@
 //! PLY: read by the `ply-rs-bw` crate in all three encodings, written as little-endian binary.
 
-use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
-use std::path::Path;
+use std::io::{self, BufRead, Write};
 
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
-use terrain_core::Mesh;
-use terrain_core::streaming::multilevel::Limits;
 
-use super::polygons::Polygons;
-use super::{Column, ModelError, Storage};
-use crate::new_file::new_file_for;
+use super::polygons::{Column, PolygonError, PolygonLimits, Polygons, Storage};
 
 /// Names of the coordinates.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -20,8 +14,11 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Reads the elements `vertex` and `face` and skips all others. Scalar properties of vertices become columns.
-pub(super) fn read(path: &Path, limits: Limits) -> Result<Polygons, ModelError> {
-    let mut file = Reader::new(BufReader::new(File::open(path)?));
+///
+/// # Errors
+/// Where the bytes are of another format, or more than `limits` allow.
+pub fn read(file: impl BufRead, limits: PolygonLimits) -> Result<Polygons, PolygonError> {
+    let mut file = Reader::new(file);
     let vertices = Parser::<Vertex>::new();
     let header = vertices.read_header(&mut file).map_err(malformed)?;
     let mut polygons = Polygons::default();
@@ -46,32 +43,34 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<Polygons, ModelError> 
 }
 
 fn read_faces(
-    file: &mut Reader<BufReader<File>>,
+    file: &mut Reader<impl BufRead>,
     element: &ElementDef,
     header: &Header,
-) -> Result<Vec<Face>, ModelError> {
+) -> Result<Vec<Face>, PolygonError> {
     let faces = Parser::<Face>::new().read_payload_for_element(file, element, header);
     faces.map_err(malformed)
 }
 
-fn check_count(element: &ElementDef, limits: Limits) -> Result<(), ModelError> {
+fn check_count(element: &ElementDef, limits: PolygonLimits) -> Result<(), PolygonError> {
     match element.name.as_str() {
-        "vertex" if element.count > limits.vertices as usize => Err(ModelError::TooLarge(limits.vertices, "vertices")),
-        "face" if element.count > limits.triangles as usize => Err(ModelError::TooLarge(limits.triangles, "faces")),
+        "vertex" if element.count > limits.vertices as usize => {
+            Err(PolygonError::TooLarge(limits.vertices, "vertices"))
+        }
+        "face" if element.count > limits.triangles as usize => Err(PolygonError::TooLarge(limits.triangles, "faces")),
         _ => Ok(()),
     }
 }
 
 /// The parser's message without the lines that it breaks into.
-fn malformed(error: ParseError) -> ModelError {
-    ModelError::Malformed {
+fn malformed(error: ParseError) -> PolygonError {
+    PolygonError::Malformed {
         format: "PLY",
         reason: error.to_string().split_whitespace().collect::<Vec<_>>().join(" "),
     }
 }
 
 /// The scalar properties but for the position, in the order of the header, which is that of every vertex's numbers.
-fn columns(element: &ElementDef, vertices: &[Vertex]) -> Result<Vec<Column>, ModelError> {
+fn columns(element: &ElementDef, vertices: &[Vertex]) -> Result<Vec<Column>, PolygonError> {
     let named = element.properties.iter().map(|(_, property)| property);
     let mut columns = Vec::new();
     for property in named.filter(|property| !AXES.contains(&property.name.as_str())) {
@@ -86,7 +85,7 @@ fn columns(element: &ElementDef, vertices: &[Vertex]) -> Result<Vec<Column>, Mod
         columns.push(Column {
             name: property.name.clone(),
             storage: storage(scalar),
-            values: values.ok_or_else(|| ModelError::Malformed {
+            values: values.ok_or_else(|| PolygonError::Malformed {
                 format: "PLY",
                 reason: format!("a vertex has no `{}`", property.name),
             })?,
@@ -180,20 +179,11 @@ fn indices(property: Property) -> Option<Vec<u64>> {
     }
 }
 
-/// Writes one level, all at once or not at all. `error`, if it is known, goes into a comment.
-pub(super) fn write(output: &Path, mesh: &Mesh, columns: &[Column], error: Option<f64>) -> io::Result<()> {
-    let mut file = new_file_for(output)?;
-    let mut out = BufWriter::new(file.as_file_mut());
-    let note = error.map(|error| format!("terrain-ingest distance from the model at most {error}"));
-    write_binary(&mut out, &mesh.positions, columns, &mesh.triangles, note.as_deref())?;
-    out.flush()?;
-    drop(out);
-    file.persist(output)?;
-    Ok(())
-}
-
-/// A whole file: double coordinates, then the columns, then triangles.
-pub(crate) fn write_binary(
+/// Writes a whole file: double coordinates, then the columns, then triangles; `note` becomes a comment.
+///
+/// # Errors
+/// What `out` says.
+pub fn write(
     out: &mut impl Write,
     positions: &[DVec3],
     columns: &[Column],

@@ -76,7 +76,7 @@ fn hills(x: f64, y: f64) -> f64 {
 fn through_bytes(tile: &Tile) -> QuantizedMesh {
     let mesh = QuantizedMesh::from_tile(tile);
     assert_eq!(validate(&mesh, tile.address), Ok(()));
-    let decoded = decode(&encode(&mesh, true), &Limits::default()).unwrap();
+    let decoded = decode(&encode(&mesh, true), &QuantizedMeshLimits::default()).unwrap();
     assert_eq!(decoded, mesh);
     decoded
 }
@@ -501,19 +501,22 @@ fn every_truncation_is_an_error_and_no_flipped_byte_a_panic() {
     let extensions = bytes.len() - (5 + 4) - (5 + 2 * mesh.vertices.len());
     let ends = [extensions, bytes.len() - 9, bytes.len()];
     for length in (0..bytes.len()).filter(|length| !ends.contains(length)) {
-        assert!(decode(&bytes[..length], &Limits::default()).is_err(), "{length} bytes");
+        assert!(
+            decode(&bytes[..length], &QuantizedMeshLimits::default()).is_err(),
+            "{length} bytes"
+        );
     }
     for position in 0..bytes.len() {
         let mut broken = bytes.clone();
         broken[position] ^= 0xFF;
-        drop(decode(&broken, &Limits::default()));
+        drop(decode(&broken, &QuantizedMeshLimits::default()));
     }
 }
 
 #[test]
 fn what_a_tile_asks_for_is_limited() {
     let (_, mesh) = plateau(100.0);
-    let limits = Limits {
+    let limits = QuantizedMeshLimits {
         vertices: 10,
         triangles: 1_000,
     };
@@ -522,8 +525,8 @@ fn what_a_tile_asks_for_is_limited() {
     let mut bytes = encode(&mesh, true);
     bytes[88..92].copy_from_slice(&4_000_000_u32.to_le_bytes());
     assert_eq!(
-        decode(&bytes, &Limits::default()),
-        Err(DecodeError::Truncated("vertices"))
+        decode(&bytes, &QuantizedMeshLimits::default()),
+        Err(QuantizedMeshError::Truncated("vertices"))
     );
 }
 
@@ -580,19 +583,19 @@ fn tiles_of_other_makers_are_read() {
         ("here/tile-opentin.terrain", 4, 2, false),
     ];
     for (name, vertices, triangles, normals) in cases {
-        let mesh = decode(&fs::read(folder.join(name)).unwrap(), &Limits::default()).unwrap();
+        let mesh = decode(&fs::read(folder.join(name)).unwrap(), &QuantizedMeshLimits::default()).unwrap();
         assert_eq!(
             (mesh.vertices.len(), mesh.triangles.len(), mesh.normals.is_some()),
             (vertices, triangles, normals)
         );
         assert_eq!(mesh.measured_triangles, None);
-        let again = decode(&encode(&mesh, true), &Limits::default()).unwrap();
+        let again = decode(&encode(&mesh, true), &QuantizedMeshLimits::default()).unwrap();
         assert_eq!(again, mesh, "{name}");
     }
     // Its extension has a big-endian length, as the first servers wrote it.
     let legacy = fs::read(folder.join("cesium/tile.vertexnormals.terrain")).unwrap();
     assert_eq!(
-        decode(&legacy, &Limits::default()),
-        Err(DecodeError::Truncated("extensions"))
+        decode(&legacy, &QuantizedMeshLimits::default()),
+        Err(QuantizedMeshError::Truncated("extensions"))
     );
 }

@@ -1,59 +1,58 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use super::*;
-use crate::damage;
+use crate::formats::damage;
 use crate::progressive::tests::hills;
 
-fn model() -> Model {
-    Model::quantised(&hills(20), 12).unwrap()
+fn mesh() -> ProgressiveMesh {
+    ProgressiveMesh::quantised(&hills(20), 12).unwrap()
 }
 
 #[test]
 fn positions_stay_within_half_a_step() {
     let partition = hills(20);
-    let model = model();
+    let mesh = mesh();
     assert_eq!(
-        model
-            .partition
+        mesh.partition
             .positions
             .iter()
             .fold(0.0_f64, |high, at| high.max(at.max_element())),
         4096.0
     );
-    for (at, quantised) in partition.positions.iter().zip(&model.in_units().positions) {
-        assert!((*at - *quantised).abs().max_element() <= model.step.x / 2.0 * 1.000_001);
+    for (at, quantised) in partition.positions.iter().zip(&mesh.in_units().positions) {
+        assert!((*at - *quantised).abs().max_element() <= mesh.step.x / 2.0 * 1.000_001);
     }
 }
 
 #[test]
 fn a_model_comes_back_and_encodes_to_as_many_levels() {
-    let model = model();
-    let bytes = encode(&model).unwrap();
-    let decoded = decode(&bytes, &Limits::default()).unwrap();
-    assert_eq!((decoded.origin, decoded.step), (model.origin, model.step));
-    assert_eq!(decoded.partition.levels, model.partition.levels);
+    let mesh = mesh();
+    let bytes = encode(&mesh).unwrap();
+    let decoded = decode(&bytes, &LevelLimits::default()).unwrap();
+    assert_eq!((decoded.origin, decoded.step), (mesh.origin, mesh.step));
+    assert_eq!(decoded.partition.levels, mesh.partition.levels);
     assert_eq!(decoded.partition.triangles.len(), 2 * 19 * 19);
 }
 
 #[test]
 fn levels_that_are_there_are_read_and_the_rest_may_be_missing() {
-    let bytes = encode(&model()).unwrap();
-    let head = Head::read(&bytes, &Limits::default()).unwrap();
+    let bytes = encode(&mesh()).unwrap();
+    let head = Head::read(&bytes, &LevelLimits::default()).unwrap();
     let lengths: Vec<usize> = head.entries.iter().map(|entry| entry.length).collect();
     let end = |levels: usize| bytes.len() - lengths[levels..].iter().sum::<usize>();
-    let three = decode_prefix(&bytes[..end(3)], &Limits::default()).unwrap();
-    assert_eq!(three.partition.levels, model().partition.levels[..3]);
-    let all = decode(&bytes, &Limits::default()).unwrap();
+    let three = decode_prefix(&bytes[..end(3)], &LevelLimits::default()).unwrap();
+    assert_eq!(three.partition.levels, mesh().partition.levels[..3]);
+    let all = decode(&bytes, &LevelLimits::default()).unwrap();
     assert_eq!(
         three.partition.lod(1).triangles.len(),
         all.partition.lod(1).triangles.len()
     );
     assert_eq!(
-        decode(&bytes[..end(3)], &Limits::default()),
+        decode(&bytes[..end(3)], &LevelLimits::default()),
         Err(DecodeError::Truncated(end(3)))
     );
-    let cut = decode_prefix(&bytes[..end(1) + lengths[1] / 2], &Limits::default()).unwrap();
-    let [first, second] = [0, 1].map(|level| model().partition.levels[level]);
+    let cut = decode_prefix(&bytes[..end(1) + lengths[1] / 2], &LevelLimits::default()).unwrap();
+    let [first, second] = [0, 1].map(|level| mesh().partition.levels[level]);
     assert!((first.vertex_end + 1..second.vertex_end).contains(&cut.partition.levels[1].vertex_end));
     assert_eq!(
         cut.partition.levels[1].error, first.error,
@@ -102,15 +101,15 @@ fn six_volumes(mesh: &terrain_core::Mesh) -> f64 {
 
 #[test]
 fn a_closed_model_comes_back_from_few_bytes_and_closed_from_a_part_of_them() {
-    let model = Model::quantised(&torus(40), 12).unwrap();
-    let bytes = encode(&model).unwrap();
-    let whole = decode(&bytes, &Limits::default()).unwrap().partition.lod(0);
+    let mesh = ProgressiveMesh::quantised(&torus(40), 12).unwrap();
+    let bytes = encode(&mesh).unwrap();
+    let whole = decode(&bytes, &LevelLimits::default()).unwrap().partition.lod(0);
     crate::progressive::tests::assert_same_levels(
-        &decode(&bytes, &Limits::default()).unwrap().partition,
-        &model.partition,
+        &decode(&bytes, &LevelLimits::default()).unwrap().partition,
+        &mesh.partition,
     );
     assert!(bytes.len() < 3 * whole.triangles.len(), "{} bytes", bytes.len());
-    let half = decode_prefix(&bytes[..bytes.len() / 2], &Limits::default())
+    let half = decode_prefix(&bytes[..bytes.len() / 2], &LevelLimits::default())
         .unwrap()
         .partition
         .lod(0);
@@ -128,25 +127,25 @@ fn a_closed_model_comes_back_from_few_bytes_and_closed_from_a_part_of_them() {
 
 /// What a whole decoder finds.
 fn partition_of(bytes: &[u8]) -> Option<SurfacePartition> {
-    Some(decode(bytes, &Limits::default()).ok()?.partition)
+    Some(decode(bytes, &LevelLimits::default()).ok()?.partition)
 }
 
 #[test]
 fn damaged_bytes_give_a_model_or_an_error_and_no_panic() {
-    damage::hold_with_flipped_bits(&encode(&model()).unwrap(), partition_of);
+    damage::hold_with_flipped_bits(&encode(&mesh()).unwrap(), partition_of);
 }
 
 #[test]
 fn damaged_seeds_of_the_fuzz_target_give_a_model_or_an_error_and_no_panic() {
-    let seeds = damage::seeds("model");
-    assert!(!seeds.is_empty(), "the corpus has a model");
+    let seeds = damage::seeds("spm");
+    assert!(!seeds.is_empty(), "the corpus has a mesh");
     damage::hold_with_damaged_seeds(&seeds, partition_of);
 }
 
 #[test]
 fn counts_above_the_limits_are_refused_before_any_is_made() {
-    let bytes = encode(&model()).unwrap();
-    let limits = |vertices, triangles, levels| Limits {
+    let bytes = encode(&mesh()).unwrap();
+    let limits = |vertices, triangles, levels| LevelLimits {
         vertices,
         triangles,
         levels,
@@ -168,10 +167,13 @@ fn counts_above_the_limits_are_refused_before_any_is_made() {
 #[test]
 fn a_lattice_that_is_none_is_refused() {
     let partition = hills(10);
-    assert_eq!(Model::quantised(&partition, 32), Err(EncodeError::Lattice));
-    let flat = Model {
+    assert_eq!(
+        ProgressiveMesh::quantised(&partition, 32),
+        Err(ProgressiveMeshError::Lattice)
+    );
+    let flat = ProgressiveMesh {
         step: DVec3::new(1.0, 0.0, 1.0),
-        ..model()
+        ..mesh()
     };
-    assert_eq!(encode(&flat), Err(EncodeError::Lattice));
+    assert_eq!(encode(&flat), Err(ProgressiveMeshError::Lattice));
 }

@@ -1,6 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use crate::damage;
+use crate::formats::damage;
 use crate::progressive::tests::assert_same_levels;
 use glam::DVec3;
 use terrain_core::{Band, Collapse, CollapseLog, Mesh};
@@ -58,7 +58,10 @@ fn assert_same(one: &Tile, other: &Tile) {
 #[test]
 fn a_tile_comes_back_as_it_was() {
     let tile = small_tile();
-    assert_same(&decode(&encode(&tile).unwrap(), &Limits::default()).unwrap(), &tile);
+    assert_same(
+        &decode(&encode(&tile).unwrap(), &LevelLimits::default()).unwrap(),
+        &tile,
+    );
 }
 
 #[test]
@@ -73,7 +76,7 @@ fn samples_are_stored_and_shorten_a_tile_whose_vertices_they_are() {
         ..plain.clone()
     };
     let bytes = encode(&sampled).unwrap();
-    assert_same(&decode(&bytes, &Limits::default()).unwrap(), &sampled);
+    assert_same(&decode(&bytes, &LevelLimits::default()).unwrap(), &sampled);
     assert!(
         bytes.len() - 32 < encode(&plain).unwrap().len(),
         "but for the four numbers that tell them"
@@ -84,7 +87,7 @@ fn samples_are_stored_and_shorten_a_tile_whose_vertices_they_are() {
 fn bytes_written_by_version_2_are_read_for_ever() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v2.spt");
     let golden = std::fs::read(file).unwrap();
-    assert_same(&decode(&golden, &Limits::default()).unwrap(), &small_tile());
+    assert_same(&decode(&golden, &LevelLimits::default()).unwrap(), &small_tile());
     assert_eq!(
         encode(&small_tile()).unwrap(),
         golden,
@@ -109,7 +112,11 @@ fn arrays(tile: &Tile) -> Vec<u8> {
 #[test]
 fn a_real_tile_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
     let golden = |name: &str| format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"));
-    let tile = decode(&std::fs::read(golden("jacksboro_v2.spt")).unwrap(), &Limits::default()).unwrap();
+    let tile = decode(
+        &std::fs::read(golden("jacksboro_v2.spt")).unwrap(),
+        &LevelLimits::default(),
+    )
+    .unwrap();
     assert!(arrays(&tile) == std::fs::read(golden("jacksboro_v2.arrays")).unwrap());
     assert_eq!(tile.partition.triangles.len(), 1671);
 }
@@ -127,7 +134,7 @@ fn the_header_and_the_directory_stand_where_the_specification_says() {
     );
     assert_eq!(bytes[29], 14, "vertices of level 0");
     assert_eq!(bytes[30], 26, "15 triangles are 13 fewer than two a vertex");
-    let tile = decode(&bytes, &Limits::default()).unwrap();
+    let tile = decode(&bytes, &LevelLimits::default()).unwrap();
     let vertices: Vec<u32> = tile.partition.levels.iter().map(|level| level.vertex_end).collect();
     assert_eq!(vertices, [14, 15, 16, 16, 16, 16]);
 }
@@ -166,8 +173,8 @@ fn largest_difference(coarse: &Mesh, fine: &Mesh) -> f64 {
 fn the_first_tenth_of_a_tile_draws_its_whole_square() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v2.spt");
     let bytes = std::fs::read(file).unwrap();
-    let whole = decode(&bytes, &Limits::default()).unwrap();
-    let tenth = decode_prefix(&bytes[..bytes.len() / 10], &Limits::default()).unwrap();
+    let whole = decode(&bytes, &LevelLimits::default()).unwrap();
+    let tenth = decode_prefix(&bytes[..bytes.len() / 10], &LevelLimits::default()).unwrap();
     partition::validate(&tenth.partition).unwrap();
     let (fine, coarse) = (whole.surface(whole.finest()), tenth.surface(tenth.finest()));
     terrain_core::mesh::validate(&coarse).unwrap();
@@ -195,7 +202,7 @@ fn a_prefix_of_any_length_is_a_surface_or_an_error() {
     let bytes = encode(&small_tile()).unwrap();
     let mut shown = 0;
     for length in 0..=bytes.len() {
-        let Ok(tile) = decode_prefix(&bytes[..length], &Limits::default()) else {
+        let Ok(tile) = decode_prefix(&bytes[..length], &LevelLimits::default()) else {
             continue;
         };
         terrain_core::mesh::validate(&tile.surface(tile.finest())).unwrap();
@@ -210,7 +217,7 @@ fn every_truncation_is_an_error() {
     let bytes = encode(&small_tile()).unwrap();
     for length in 0..bytes.len() {
         assert!(
-            decode(&bytes[..length], &Limits::default()).is_err(),
+            decode(&bytes[..length], &LevelLimits::default()).is_err(),
             "{length} of {} bytes",
             bytes.len()
         );
@@ -219,7 +226,7 @@ fn every_truncation_is_an_error() {
 
 /// What a whole decoder finds.
 fn partition_of(bytes: &[u8]) -> Option<SurfacePartition> {
-    Some(decode(bytes, &Limits::default()).ok()?.partition)
+    Some(decode(bytes, &LevelLimits::default()).ok()?.partition)
 }
 
 #[test]
@@ -230,9 +237,9 @@ fn a_flipped_bit_anywhere_gives_a_tile_or_an_error_and_no_panic() {
 #[test]
 fn more_than_the_limits_allow_is_refused() {
     let bytes = encode(&small_tile()).unwrap();
-    let limits = Limits {
+    let limits = LevelLimits {
         vertices: 15,
-        ..Limits::default()
+        ..LevelLimits::default()
     };
     assert_eq!(
         decode(&bytes, &limits),
@@ -262,7 +269,7 @@ fn sides_can_be_left_out_of_the_finest_interior_only() {
 
 #[test]
 fn damaged_seeds_of_the_fuzz_target_give_a_tile_or_an_error_and_no_panic() {
-    let seeds = damage::seeds("tile");
+    let seeds = damage::seeds("spt");
     assert!(seeds.len() >= 2, "the corpus has a hand-made and a real tile");
     damage::hold_with_damaged_seeds(&seeds, partition_of);
 }

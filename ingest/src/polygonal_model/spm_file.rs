@@ -6,8 +6,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use glam::DVec3;
-use terrain_tiles::codec::Limits;
-use terrain_tiles::model::{self, Model};
+use terrain_tiles::formats::LevelLimits;
+use terrain_tiles::formats::spm::{self, ProgressiveMesh};
 
 use super::ModelError;
 use super::levels::LeveledModel;
@@ -29,7 +29,7 @@ pub(super) struct Lattice {
 
 /// Reads the levels of a file and their errors.
 pub(super) fn read(path: &Path) -> Result<LeveledModel, ModelError> {
-    Ok(in_units(&model::decode(&fs::read(path)?, &Limits::default())?))
+    Ok(in_units(&spm::decode(&fs::read(path)?, &LevelLimits::default())?))
 }
 
 /// Rounds positions to a lattice that is fine enough for `error`, if one is to be kept, and drops the columns, which a file
@@ -39,18 +39,18 @@ pub(super) fn read(path: &Path) -> Result<LeveledModel, ModelError> {
 /// Where the positions reach too far for any lattice.
 pub(super) fn rounded(leveled: &LeveledModel, error: Option<f64>) -> Result<LeveledModel, ModelError> {
     let (low, high) = leveled.bounds();
-    let model = Model::quantised(&leveled.partition, bits_for((high - low).max_element(), error))?;
-    Ok(in_units(&model))
+    let mesh = ProgressiveMesh::quantised(&leveled.partition, bits_for((high - low).max_element(), error))?;
+    Ok(in_units(&mesh))
 }
 
 /// A model in its own units, which knows its lattice.
-fn in_units(model: &Model) -> LeveledModel {
+fn in_units(mesh: &ProgressiveMesh) -> LeveledModel {
     LeveledModel {
-        partition: model.in_units(),
+        partition: mesh.in_units(),
         columns: Vec::new(),
         lattice: Some(Lattice {
-            origin: model.origin,
-            step: model.step,
+            origin: mesh.origin,
+            step: mesh.step,
         }),
     }
 }
@@ -66,7 +66,7 @@ fn bits_for(longest_side: f64, error: Option<f64>) -> u32 {
 pub(super) fn write(output: &Path, leveled: &LeveledModel) -> Result<()> {
     let bytes = match leveled.lattice {
         Some(Lattice { origin, step }) => {
-            model::encode(&Model::on_lattice(&leveled.partition, origin, step)).map_err(ModelError::from)?
+            spm::encode(&ProgressiveMesh::on_lattice(&leveled.partition, origin, step)).map_err(ModelError::from)?
         }
         None => return write(output, &rounded(leveled, None)?),
     };

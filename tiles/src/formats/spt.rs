@@ -13,12 +13,12 @@ use terrain_core::SurfacePartition;
 use terrain_core::levels::partition;
 use thiserror::Error;
 
+use super::fields::{self, Directory, Entry, Fields, Format};
 use crate::address::{Side, TileAddress};
-use crate::fields::{self, Directory, Entry, Fields, Format};
 use crate::progressive::{self, BaseSize, Frame, Run, Sampling};
 use crate::tile::Tile;
 
-pub use crate::fields::{DecodeError, Limits};
+use super::{DecodeError, LevelLimits};
 
 const FORMAT: Format = Format {
     name: "progressive terrain tile",
@@ -32,13 +32,13 @@ const SAMPLED: u8 = 1;
 
 /// Why a tile cannot be written.
 #[derive(Debug, Error, PartialEq)]
-pub enum EncodeError {
+pub enum TileError {
     /// Fewer levels than the four sides and one interior, or more than fit their field.
     #[error("a tile needs 5 to 65,535 levels, each with its outline error")]
     Levels,
     /// A coordinate is no multiple of its step or outside the tile, or the surface is no manifold where vertices collapse.
     #[error(transparent)]
-    Surface(#[from] progressive::EncodeError),
+    Surface(#[from] progressive::Uncodable),
     /// The lattice is too fine, or the samples are not where any can be.
     #[error("the tile's lattice or its samples are out of range")]
     Lattice,
@@ -51,10 +51,10 @@ pub enum EncodeError {
 ///
 /// # Errors
 /// When the tile is not what [`Tile`] says it is.
-pub fn encode(tile: &Tile) -> Result<Vec<u8>, EncodeError> {
+pub fn encode(tile: &Tile) -> Result<Vec<u8>, TileError> {
     let count = tile.partition.levels.len();
     if !(5..=usize::from(u16::MAX)).contains(&count) || tile.outline_errors.len() != count {
-        return Err(EncodeError::Levels);
+        return Err(TileError::Levels);
     }
     let mut partition = tile.partition.clone();
     scale(&mut partition, (-f64::from(tile.height_exponent)).exp2());
@@ -64,7 +64,7 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, EncodeError> {
     let heights = height_range(&partition);
     let frame = frame(tile.extent_bits, heights.map(f64::from), tile.sampling);
     if tile.extent_bits > MAX_EXTENT_BITS || !frame.is_valid() {
-        return Err(EncodeError::Lattice);
+        return Err(TileError::Lattice);
     }
     let coded = progressive::encode(&partition, count - Side::ALL.len(), &frame)?;
     let mut bytes = Vec::new();
@@ -76,7 +76,7 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, EncodeError> {
             level,
             outline_error: rounded_up(tile.outline_errors[index]),
         };
-        directory.write(&mut bytes, &entry).map_err(|_| EncodeError::TooLarge)?;
+        directory.write(&mut bytes, &entry).map_err(|_| TileError::TooLarge)?;
     }
     coded.levels.iter().for_each(|level| bytes.extend(level));
     Ok(bytes)
@@ -86,7 +86,7 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, EncodeError> {
 ///
 /// # Errors
 /// When the bytes are not a tile of this version, or exceed `limits`.
-pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
+pub fn decode(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeError> {
     let (header, entries, rest) = read_head(bytes, limits)?;
     tile(&header, &entries, &fields::whole_runs(&entries, &rest)?)
 }
@@ -98,13 +98,13 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
 ///
 /// # Errors
 /// When the bytes are not the beginning of a tile of this version, or exceed `limits`.
-pub fn decode_prefix(bytes: &[u8], limits: &Limits) -> Result<Tile, DecodeError> {
+pub fn decode_prefix(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeError> {
     let (header, entries, rest) = read_head(bytes, limits)?;
     tile(&header, &entries, &fields::runs(&entries, &rest)?)
 }
 
 /// All that stands before the levels, and what follows.
-fn read_head<'a>(bytes: &'a [u8], limits: &Limits) -> Result<(Header, Vec<Entry>, Fields<'a>), DecodeError> {
+fn read_head<'a>(bytes: &'a [u8], limits: &LevelLimits) -> Result<(Header, Vec<Entry>, Fields<'a>), DecodeError> {
     let mut fields = Fields::open(bytes, &FORMAT)?;
     let header = Header::read(&mut fields, limits)?;
     let entries = Directory::new(true).read_all(&mut fields, header.levels, limits)?;
@@ -170,7 +170,7 @@ struct Header {
 
 impl Header {
     /// All but the magic and the version.
-    fn read(fields: &mut Fields, limits: &Limits) -> Result<Self, DecodeError> {
+    fn read(fields: &mut Fields, limits: &LevelLimits) -> Result<Self, DecodeError> {
         let [zoom, extent_bits, height_exponent] = fields.bytes()?;
         let [x, y, lowest, highest] = [(); 4].map(|()| fields.bytes());
         let [x, y] = [u32::from_le_bytes(x?), u32::from_le_bytes(y?)];
@@ -237,5 +237,5 @@ pub fn rounded_up(value: f64) -> f32 {
 }
 
 #[cfg(test)]
-#[path = "codec_tests.rs"]
+#[path = "spt_tests.rs"]
 mod tests;

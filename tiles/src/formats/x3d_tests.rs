@@ -1,14 +1,14 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use roxmltree::{Document, Node};
-use terrain_core::streaming::multilevel::{LevelBatch, Limits};
+use terrain_core::streaming::multilevel::{LevelBatch, MultilevelLimits};
 
 use super::*;
 
 /// A box of 400 × 400 × 200 around (1000, 2000, 100): radius 300.
 fn mesh() -> MultilevelMesh {
     let text = "{800 1800 0  1200 1800 0  1200 2200 200}{0 1 2}";
-    MultilevelMesh::from_ascii(text, Limits::default()).unwrap()
+    MultilevelMesh::from_ascii(text, MultilevelLimits::default()).unwrap()
 }
 
 fn written(encoding: Encoding) -> String {
@@ -140,7 +140,7 @@ fn a_mesh_without_extent_has_a_view_all_the_same() {
 
 #[test]
 fn coordinates_beyond_single_precision_are_refused() {
-    let mesh = MultilevelMesh::from_ascii("{0 -2e30 0  1 0 0  1 1 0}{0 1 2}", Limits::default()).unwrap();
+    let mesh = MultilevelMesh::from_ascii("{0 -2e30 0  1 0 0  1 1 0}{0 1 2}", MultilevelLimits::default()).unwrap();
     let told = to_world(&mesh, "model.lod", Encoding::Xml).unwrap_err().to_string();
     assert_eq!(
         told,

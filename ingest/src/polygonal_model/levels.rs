@@ -7,7 +7,7 @@ use terrain_core::levels::replay::{Replay, Step};
 use terrain_core::{Mesh, SurfacePartition};
 
 use super::spm_file::Lattice;
-use super::{Column, Storage};
+use terrain_tiles::formats::polygons::{Column, Storage};
 
 /// A Surface Partition and its columns.
 #[derive(Clone, Debug)]

@@ -1,28 +1,27 @@
-//! Wavefront OBJ, read by the `tobj` crate.
+//! Wavefront OBJ, read by the `tobj` crate, written as text.
 
-use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufRead, Write};
 use std::path::Path;
 
 use glam::DVec3;
-use terrain_core::streaming::multilevel::Limits;
 
-use super::polygons::Polygons;
-use super::{Column, ModelError, Storage};
+use super::polygons::{Column, PolygonError, PolygonLimits, Polygons, Storage};
 
 /// Colours are shares of one in this format and bytes everywhere else.
 const LARGEST_BYTE: f64 = 255.0;
 
 /// Reads all objects and groups of a file as one set of polygons. Its materials are not looked for.
-pub(super) fn read(path: &Path, limits: Limits) -> Result<Polygons, ModelError> {
-    let mut file = BufReader::new(File::open(path)?);
+///
+/// # Errors
+/// Where the bytes are of another format, or more than `limits` allow.
+pub fn read(mut file: impl BufRead, limits: PolygonLimits) -> Result<Polygons, PolygonError> {
     let options = tobj::LoadOptions {
         single_index: true,
         ignore_points: true,
         ignore_lines: true,
         ..Default::default()
     };
-    let malformed = |error: tobj::LoadError| ModelError::Malformed {
+    let malformed = |error: tobj::LoadError| PolygonError::Malformed {
         format: "OBJ",
         reason: error.to_string(),
     };
@@ -37,13 +36,13 @@ pub(super) fn read(path: &Path, limits: Limits) -> Result<Polygons, ModelError> 
     Ok(polygons)
 }
 
-fn add(mesh: &tobj::Mesh, polygons: &mut Polygons, limits: Limits) -> Result<(), ModelError> {
+fn add(mesh: &tobj::Mesh, polygons: &mut Polygons, limits: PolygonLimits) -> Result<(), PolygonError> {
     let first = polygons.positions.len() as u64;
     polygons
         .positions
         .extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
     if polygons.positions.len() > limits.vertices as usize {
-        return Err(ModelError::TooLarge(limits.vertices, "vertices"));
+        return Err(PolygonError::TooLarge(limits.vertices, "vertices"));
     }
     let mut corners = mesh.indices.iter().map(|&corner| first + u64::from(corner));
     // No arities: all faces are triangles.
@@ -84,4 +83,19 @@ fn columns(meshes: &[tobj::Mesh]) -> Vec<Column> {
         }
     }
     columns
+}
+
+/// Writes a mesh after a comment. Numbers read back as the same doubles.
+///
+/// # Errors
+/// What `out` says.
+pub fn write(out: &mut impl Write, positions: &[DVec3], triangles: &[[u32; 3]], note: &str) -> io::Result<()> {
+    writeln!(out, "# {note}")?;
+    for DVec3 { x, y, z } in positions {
+        writeln!(out, "v {x} {y} {z}")?;
+    }
+    for [a, b, c] in triangles {
+        writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
+    }
+    Ok(())
 }

@@ -4,7 +4,7 @@
 use libfuzzer_sys::fuzz_target;
 use terrain_core::levels::partition::validate;
 use terrain_fuzz::LIMITS;
-use terrain_tiles::codec::decode;
+use terrain_tiles::formats::spt::decode;
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(tile) = decode(bytes, &LIMITS) {

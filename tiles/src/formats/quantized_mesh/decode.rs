@@ -8,14 +8,14 @@ use super::{EXTENT, QuantizedMesh, Vertex};
 
 /// How much a tile may ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct QuantizedMeshLimits {
     /// Largest number of vertices.
     pub vertices: u32,
     /// Largest number of triangles.
     pub triangles: u32,
 }
 
-impl Default for Limits {
+impl Default for QuantizedMeshLimits {
     fn default() -> Self {
         Self {
             vertices: 1 << 22,
@@ -26,7 +26,7 @@ impl Default for Limits {
 
 /// Why bytes are not a quantized-mesh tile.
 #[derive(Debug, Error, PartialEq, Eq)]
-pub enum DecodeError {
+pub enum QuantizedMeshError {
     /// The bytes end inside what is named.
     #[error("cut short in the {0}")]
     Truncated(&'static str),
@@ -63,7 +63,7 @@ pub enum DecodeError {
 ///
 /// # Errors
 /// The first thing that is wrong.
-pub fn decode(bytes: &[u8], limits: &Limits) -> Result<QuantizedMesh, DecodeError> {
+pub fn decode(bytes: &[u8], limits: &QuantizedMeshLimits) -> Result<QuantizedMesh, QuantizedMeshError> {
     let mut input = Input { rest: bytes };
     let mut mesh = read_header(&mut input)?;
     mesh.vertices = read_vertices(&mut input, limits)?;
@@ -87,7 +87,7 @@ pub fn decode(bytes: &[u8], limits: &Limits) -> Result<QuantizedMesh, DecodeErro
     Ok(mesh)
 }
 
-fn read_header(input: &mut Input) -> Result<QuantizedMesh, DecodeError> {
+fn read_header(input: &mut Input) -> Result<QuantizedMesh, QuantizedMeshError> {
     let center = input.vector()?;
     let heights = [input.f32()?, input.f32()?];
     let sphere_center = input.vector()?;
@@ -98,7 +98,7 @@ fn read_header(input: &mut Input) -> Result<QuantizedMesh, DecodeError> {
         .all(|vector| vector.is_finite());
     let sound = heights.iter().all(|height| height.is_finite()) && heights[0] <= heights[1];
     if !finite || !sound || !sphere_radius.is_finite() || sphere_radius < 0.0 {
-        return Err(DecodeError::BadHeader);
+        return Err(QuantizedMeshError::BadHeader);
     }
     Ok(QuantizedMesh {
         center,
@@ -114,7 +114,7 @@ fn read_header(input: &mut Input) -> Result<QuantizedMesh, DecodeError> {
     })
 }
 
-fn read_vertices(input: &mut Input, limits: &Limits) -> Result<Vec<Vertex>, DecodeError> {
+fn read_vertices(input: &mut Input, limits: &QuantizedMeshLimits) -> Result<Vec<Vertex>, QuantizedMeshError> {
     let count = input.count("vertices", limits.vertices)?;
     let u = read_coordinates(input, count)?;
     let v = read_coordinates(input, count)?;
@@ -123,7 +123,7 @@ fn read_vertices(input: &mut Input, limits: &Limits) -> Result<Vec<Vertex>, Deco
     Ok(triples.map(|((u, v), height)| Vertex { u, v, height }).collect())
 }
 
-fn read_coordinates(input: &mut Input, count: usize) -> Result<Vec<u16>, DecodeError> {
+fn read_coordinates(input: &mut Input, count: usize) -> Result<Vec<u16>, QuantizedMeshError> {
     let mut value = 0;
     let codes = input
         .take(count * 2, "vertices")?
@@ -134,7 +134,7 @@ fn read_coordinates(input: &mut Input, count: usize) -> Result<Vec<u16>, DecodeE
         u16::try_from(value)
             .ok()
             .filter(|value| *value <= EXTENT)
-            .ok_or(DecodeError::BadVertex(index))
+            .ok_or(QuantizedMeshError::BadVertex(index))
     });
     values.collect()
 }
@@ -142,37 +142,47 @@ fn read_coordinates(input: &mut Input, count: usize) -> Result<Vec<u16>, DecodeE
 /// High-water-mark codes: each is how far its index is below the next one never used.
 fn read_triangles(
     input: &mut Input,
-    limits: &Limits,
+    limits: &QuantizedMeshLimits,
     vertices: usize,
     width: usize,
-) -> Result<Vec<[u32; 3]>, DecodeError> {
+) -> Result<Vec<[u32; 3]>, QuantizedMeshError> {
     let what = "triangles";
     let count = input.count(what, limits.triangles)?;
     let mut indices = read_indices(input, count * 3, width, what)?;
     let mut next = 0_u32;
     for (position, index) in indices.iter_mut().enumerate() {
         let code = *index;
-        *index = next.checked_sub(code).ok_or(DecodeError::BadIndex { what, position })?;
+        *index = next
+            .checked_sub(code)
+            .ok_or(QuantizedMeshError::BadIndex { what, position })?;
         next += u32::from(code == 0);
     }
     check_indices(&indices, vertices, what)?;
     Ok(indices.as_chunks().0.to_vec())
 }
 
-fn read_indices(input: &mut Input, count: usize, width: usize, what: &'static str) -> Result<Vec<u32>, DecodeError> {
-    let bytes = input.take(count.checked_mul(width).ok_or(DecodeError::Truncated(what))?, what)?;
+fn read_indices(
+    input: &mut Input,
+    count: usize,
+    width: usize,
+    what: &'static str,
+) -> Result<Vec<u32>, QuantizedMeshError> {
+    let bytes = input.take(
+        count.checked_mul(width).ok_or(QuantizedMeshError::Truncated(what))?,
+        what,
+    )?;
     let little_endian = |index: &[u8]| index.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
     Ok(bytes.chunks_exact(width).map(little_endian).collect())
 }
 
-fn check_indices(indices: &[u32], vertices: usize, what: &'static str) -> Result<(), DecodeError> {
+fn check_indices(indices: &[u32], vertices: usize, what: &'static str) -> Result<(), QuantizedMeshError> {
     match indices.iter().position(|&index| index as usize >= vertices) {
-        Some(position) => Err(DecodeError::BadIndex { what, position }),
+        Some(position) => Err(QuantizedMeshError::BadIndex { what, position }),
         None => Ok(()),
     }
 }
 
-fn read_extension(input: &mut Input, mesh: &mut QuantizedMesh) -> Result<(), DecodeError> {
+fn read_extension(input: &mut Input, mesh: &mut QuantizedMesh) -> Result<(), QuantizedMeshError> {
     let what = "extensions";
     let id = input.take(1, what)?[0];
     let length = input.u32(what)?;
@@ -181,7 +191,7 @@ fn read_extension(input: &mut Input, mesh: &mut QuantizedMesh) -> Result<(), Dec
         NORMALS_EXTENSION => {
             let (pairs, rest) = content.as_chunks();
             if pairs.len() != mesh.vertices.len() || !rest.is_empty() {
-                return Err(DecodeError::BadExtension(id));
+                return Err(QuantizedMeshError::BadExtension(id));
             }
             mesh.normals = Some(pairs.to_vec());
         }
@@ -189,9 +199,9 @@ fn read_extension(input: &mut Input, mesh: &mut QuantizedMesh) -> Result<(), Dec
             let count = content
                 .try_into()
                 .map(u32::from_le_bytes)
-                .map_err(|_| DecodeError::BadExtension(id))?;
+                .map_err(|_| QuantizedMeshError::BadExtension(id))?;
             if count as usize > mesh.triangles.len() {
-                return Err(DecodeError::BadExtension(id));
+                return Err(QuantizedMeshError::BadExtension(id));
             }
             mesh.measured_triangles = Some(count);
         }
@@ -206,40 +216,46 @@ struct Input<'a> {
 }
 
 impl<'a> Input<'a> {
-    fn take(&mut self, length: usize, what: &'static str) -> Result<&'a [u8], DecodeError> {
-        let (taken, rest) = self.rest.split_at_checked(length).ok_or(DecodeError::Truncated(what))?;
+    fn take(&mut self, length: usize, what: &'static str) -> Result<&'a [u8], QuantizedMeshError> {
+        let (taken, rest) = self
+            .rest
+            .split_at_checked(length)
+            .ok_or(QuantizedMeshError::Truncated(what))?;
         self.rest = rest;
         Ok(taken)
     }
 
-    fn array<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], DecodeError> {
-        let (taken, rest) = self.rest.split_first_chunk().ok_or(DecodeError::Truncated(what))?;
+    fn array<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], QuantizedMeshError> {
+        let (taken, rest) = self
+            .rest
+            .split_first_chunk()
+            .ok_or(QuantizedMeshError::Truncated(what))?;
         self.rest = rest;
         Ok(*taken)
     }
 
-    fn u32(&mut self, what: &'static str) -> Result<u32, DecodeError> {
+    fn u32(&mut self, what: &'static str) -> Result<u32, QuantizedMeshError> {
         self.array(what).map(u32::from_le_bytes)
     }
 
-    fn count(&mut self, what: &'static str, limit: u32) -> Result<usize, DecodeError> {
+    fn count(&mut self, what: &'static str, limit: u32) -> Result<usize, QuantizedMeshError> {
         let count = self.u32(what)?;
         if count > limit {
-            Err(DecodeError::TooMany { what, count, limit })
+            Err(QuantizedMeshError::TooMany { what, count, limit })
         } else {
             Ok(count as usize)
         }
     }
 
-    fn f32(&mut self) -> Result<f32, DecodeError> {
+    fn f32(&mut self) -> Result<f32, QuantizedMeshError> {
         self.array("header").map(f32::from_le_bytes)
     }
 
-    fn f64(&mut self) -> Result<f64, DecodeError> {
+    fn f64(&mut self) -> Result<f64, QuantizedMeshError> {
         self.array("header").map(f64::from_le_bytes)
     }
 
-    fn vector(&mut self) -> Result<DVec3, DecodeError> {
+    fn vector(&mut self) -> Result<DVec3, QuantizedMeshError> {
         Ok(DVec3::new(self.f64()?, self.f64()?, self.f64()?))
     }
 }

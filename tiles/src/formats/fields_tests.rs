@@ -30,7 +30,7 @@ fn entries_come_back_and_take_a_byte_for_what_does_not_change() {
     assert_eq!(ends[1] - ends[0], 5, "nothing is new in the second");
     let mut fields = Fields::new(&bytes);
     for entry in &entries {
-        assert_eq!(reader.read(&mut fields, &Limits::default()).unwrap(), *entry);
+        assert_eq!(reader.read(&mut fields, &LevelLimits::default()).unwrap(), *entry);
     }
     assert!(fields.rest.is_empty());
 }
@@ -46,7 +46,7 @@ fn numbers_that_none_can_be_are_refused() {
     );
     assert_eq!(number(&[0x80; 3]), Err(DecodeError::Truncated(3)));
     let negative_error = [0, 0, 0, 0x01];
-    let refused = Directory::new(false).read(&mut Fields::new(&negative_error), &Limits::default());
+    let refused = Directory::new(false).read(&mut Fields::new(&negative_error), &LevelLimits::default());
     assert_eq!(refused, Err(DecodeError::OutOfRange("an error")));
 }
 

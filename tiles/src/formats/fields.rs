@@ -14,7 +14,7 @@ const LONGEST: usize = 6;
 
 /// What a decoder accepts from bytes that it did not make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct LevelLimits {
     /// Levels of a tile or a mesh file.
     pub levels: usize,
     /// Vertices of its finest level.
@@ -23,7 +23,7 @@ pub struct Limits {
     pub triangles: usize,
 }
 
-impl Default for Limits {
+impl Default for LevelLimits {
     fn default() -> Self {
         Self {
             levels: 1024,
@@ -33,7 +33,7 @@ impl Default for Limits {
     }
 }
 
-impl Limits {
+impl LevelLimits {
     pub(crate) fn check_levels(&self, levels: usize) -> Result<(), DecodeError> {
         if levels > self.levels {
             return Err(DecodeError::Limit("the number of levels"));
@@ -64,7 +64,7 @@ pub enum DecodeError {
     /// A field holds what it cannot.
     #[error("{0} is out of range")]
     OutOfRange(&'static str),
-    /// A number exceeds the reader's [`Limits`].
+    /// A number exceeds the reader's [`LevelLimits`].
     #[error("{0} exceeds this reader's limit")]
     Limit(&'static str),
     /// A level's bytes make no surface.
@@ -231,12 +231,12 @@ impl Directory {
         mut self,
         fields: &mut Fields,
         count: usize,
-        limits: &Limits,
+        limits: &LevelLimits,
     ) -> Result<Vec<Entry>, DecodeError> {
         (0..count).map(|_| self.read(fields, limits)).collect()
     }
 
-    fn read(&mut self, fields: &mut Fields, limits: &Limits) -> Result<Entry, DecodeError> {
+    fn read(&mut self, fields: &mut Fields, limits: &LevelLimits) -> Result<Entry, DecodeError> {
         let length = fields.number()? as usize;
         let vertices = i64::from(fields.number()?);
         self.vertices += vertices;

@@ -31,7 +31,7 @@ pub(super) struct Point {
 
 /// A surface over the whole square.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Surface {
+pub(super) struct CompletedSquare {
     pub(super) points: Vec<Point>,
     /// Measured ones first, then ground, then walls.
     pub(super) triangles: Vec<[u32; 3]>,
@@ -40,7 +40,7 @@ pub(super) struct Surface {
 }
 
 /// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, to the whole square of a tile at `zoom`.
-pub(super) fn complete(mesh: &Mesh, extent_bits: u8, zoom: u8) -> Surface {
+pub(super) fn complete(mesh: &Mesh, extent_bits: u8, zoom: u8) -> CompletedSquare {
     let (mut points, triangles) = snap(mesh, extent_bits);
     let outline = Outline::of(&points, &mesh.triangles, &triangles);
     let whole = outline.is_the_square();
@@ -219,7 +219,7 @@ fn triangulate(points: &[Point], outline: &[[u32; 2]], triangles: &[[u32; 3]]) -
 
 /// One surface of measured and ground triangles. A ground triangle's corners are at height 0, whatever the measured
 /// surface has there; the wall between them closes the step.
-fn join(mut points: Vec<Point>, measured: Vec<[u32; 3]>, ground: Vec<[u32; 3]>) -> Surface {
+fn join(mut points: Vec<Point>, measured: Vec<[u32; 3]>, ground: Vec<[u32; 3]>) -> CompletedSquare {
     let mut feet: HashMap<u32, u32> = HashMap::new();
     let mut foot = |top: u32| {
         if points[top as usize].height == 0.0 {
@@ -241,7 +241,7 @@ fn join(mut points: Vec<Point>, measured: Vec<[u32; 3]>, ground: Vec<[u32; 3]>) 
     let walls: Vec<[u32; 3]> = rims.flat_map(|[a, b]| wall([a, b], [foot(a), foot(b)])).collect();
     let ground = ground.iter().map(|triangle| triangle.map(&mut foot)).collect();
     let count = measured.len() as u32;
-    Surface {
+    CompletedSquare {
         triangles: [measured, ground, walls].concat(),
         points,
         measured: count,

@@ -18,55 +18,36 @@ mod certify;
 mod clustered;
 mod levels;
 mod lod_file;
-mod obj;
-mod ply;
-mod polygons;
 mod simplified;
 mod spm_file;
+mod weld;
 mod world_file;
 
 use std::fmt;
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use serde::Serialize;
 use terrain_core::Mesh;
 use terrain_core::space::simplify::Placement;
-use terrain_core::streaming::multilevel::{self, Limits};
+use terrain_core::streaming::multilevel::MultilevelLimits;
 use terrain_core::topology::manifold::ManifoldError;
 use terrain_core::topology::parting::parted;
-use terrain_tiles::model::{DecodeError, EncodeError};
-use terrain_tiles::x3d::{Encoding, WorldError};
+use terrain_tiles::formats::lod::LodError;
+use terrain_tiles::formats::polygons::{Column, PolygonError, PolygonLimits};
+use terrain_tiles::formats::spm::ProgressiveMeshError;
+use terrain_tiles::formats::x3d::{Encoding, WorldError};
+use terrain_tiles::formats::{DecodeError, obj, ply};
 use thiserror::Error;
 
 use self::levels::LeveledModel;
-pub(crate) use self::ply::write_binary;
 pub use self::simplified::Target;
 use self::simplified::{Order, Way};
+use self::weld::welded;
+use crate::new_file::new_file_for;
 use crate::progress::Progress;
-
-/// Numbers that vertices have besides their position, such as one component of a normal or a colour.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// As PLY files call it: `nx`, `red`, `s`.
-    pub name: String,
-    /// What a file keeps it as.
-    pub storage: Storage,
-    /// One number a vertex.
-    pub values: Vec<f64>,
-}
-
-/// How a file keeps a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Storage {
-    /// A whole number from 0 to 255.
-    Byte,
-    /// Single precision.
-    Float,
-    /// Double precision.
-    Double,
-}
 
 /// A model as a file has it, welded: no two vertices at one position, each used by a triangle.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -110,17 +91,12 @@ pub enum ModelError {
     /// The system says no.
     #[error("cannot be read")]
     Unreadable(#[from] io::Error),
-    /// The bytes are not of the format.
-    #[error("not a readable {format} file: {reason}")]
-    Malformed {
-        /// Name of the format.
-        format: &'static str,
-        /// What its reader says.
-        reason: String,
-    },
-    /// The bytes of a multilevel file are not of its format.
-    #[error("not a readable multilevel file")]
-    MalformedLevels(#[from] multilevel::ReadError),
+    /// A file of polygons is at fault.
+    #[error(transparent)]
+    Polygons(#[from] PolygonError),
+    /// A multilevel file is at fault.
+    #[error(transparent)]
+    Levels(#[from] LodError),
     /// The bytes of a progressive mesh file are not of its format.
     #[error("not a readable .spm file")]
     MalformedMesh(#[from] DecodeError),
@@ -130,22 +106,9 @@ pub enum ModelError {
     /// A coordinate is too large to reckon with.
     #[error("vertex {0} has a coordinate of more than 1e60; scale the model down")]
     TooFar(usize),
-    /// A face uses a vertex that is not there.
-    #[error("face {face} uses vertex {vertex}, but there are {count} (counted from 0)")]
-    BadIndex {
-        /// Number of the face.
-        face: usize,
-        /// What it uses.
-        vertex: u64,
-        /// Vertices there are.
-        count: usize,
-    },
     /// No face has three different positions.
     #[error("has no triangles")]
     NoTriangles,
-    /// More than the limits allow.
-    #[error("more than {0} {1}")]
-    TooLarge(u32, &'static str),
     /// The coarsest level of a multilevel file has nothing to draw.
     #[error("its coarsest level is empty")]
     EmptyLevel,
@@ -165,7 +128,7 @@ pub enum ModelError {
     NoManifold(ManifoldError),
     /// A progressive mesh file cannot hold the levels.
     #[error("a .spm file cannot hold these levels")]
-    Incompressible(#[from] EncodeError),
+    Incompressible(#[from] ProgressiveMeshError),
     /// Not even the finest level keeps the error.
     #[error("no lattice of a .spm file is fine enough for the error {0}, write a .lod or a .ply file")]
     TooExact(f64),
@@ -311,8 +274,20 @@ fn write_level(input: &Path, level: Option<usize>, leveled: &LeveledModel, outpu
         .with_context(|| input.display().to_string())?;
     let error = leveled.partition.levels[last - level].error;
     let known = error.is_finite().then_some(error);
-    ply::write(output, &mesh, &columns, known).with_context(|| output.display().to_string())?;
+    write_ply(output, &mesh, &columns, known).with_context(|| output.display().to_string())?;
     Ok(level)
+}
+
+/// Writes one level, all at once or not at all. `error`, if it is known, goes into a comment.
+fn write_ply(output: &Path, mesh: &Mesh, columns: &[Column], error: Option<f64>) -> io::Result<()> {
+    let mut file = new_file_for(output)?;
+    let mut out = BufWriter::new(file.as_file_mut());
+    let note = error.map(|error| format!("terrain-ingest distance from the model at most {error}"));
+    ply::write(&mut out, &mesh.positions, columns, &mesh.triangles, note.as_deref())?;
+    out.flush()?;
+    drop(out);
+    file.persist(output)?;
+    Ok(())
 }
 
 fn leveled(input: &Path, options: &Options, form: Form, progress: &Progress) -> Result<(LeveledModel, Option<Way>)> {
@@ -321,7 +296,7 @@ fn leveled(input: &Path, options: &Options, form: Form, progress: &Progress) -> 
     if let Some(levels) = read_levels(input) {
         return Ok((levels.with_context(named)?, None));
     }
-    let model = read(input, Limits::default()).with_context(named)?;
+    let model = read(input, PolygonLimits::default()).with_context(named)?;
     progress.advance(1);
     note_columns(&model, form, progress);
     let order = Order {
@@ -340,7 +315,7 @@ fn leveled(input: &Path, options: &Options, form: Form, progress: &Progress) -> 
 fn read_levels(input: &Path) -> Option<Result<LeveledModel, ModelError>> {
     match extension(input).as_str() {
         "spm" => Some(spm_file::read(input)),
-        "lod" => Some(lod_file::read(input, Limits::default())),
+        "lod" => Some(lod_file::read(input, MultilevelLimits::default())),
         _ => None,
     }
 }
@@ -364,13 +339,14 @@ fn note_columns(model: &Model, form: Form, progress: &Progress) {
 ///
 /// # Errors
 /// What is wrong with the file.
-pub fn read(path: &Path, limits: Limits) -> Result<Model, ModelError> {
+pub fn read(path: &Path, limits: PolygonLimits) -> Result<Model, ModelError> {
+    let file = || File::open(path).map(BufReader::new);
     let polygons = match extension(path).as_str() {
-        "ply" => ply::read(path, limits)?,
-        "obj" => obj::read(path, limits)?,
+        "ply" => ply::read(file()?, limits)?,
+        "obj" => obj::read(file()?, limits)?,
         _ => return Err(ModelError::Unknown),
     };
-    polygons.welded()
+    welded(polygons)
 }
 
 /// A file's extension in lower case; empty where it has none.
@@ -401,5 +377,5 @@ fn report(leveled: &LeveledModel, way: Option<Way>) -> Report {
 }
 
 #[cfg(test)]
-#[path = "model_tests.rs"]
+#[path = "polygonal_model_tests.rs"]
 mod tests;
