@@ -317,7 +317,7 @@ fn part_size(block: [usize; 2], size: [usize; 2]) -> [usize; 2] {
 }
 
 fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Result<GeoReference, ReadError> {
-    let georeference = GeoReference::new(&first.crs, mosaic.to_crs, mosaic.columns, mosaic.rows)
+    let georeference = GeoReference::on_lattice(&first.crs, mosaic.to_crs, mosaic.origin, mosaic.columns, mosaic.rows)
         .map_err(|source| ReadError::Position(first.path.clone(), source))?;
     if georeference.is_ballpark() {
         let crs = georeference.crs_name();

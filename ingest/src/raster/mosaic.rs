@@ -16,6 +16,7 @@ pub(super) struct Mosaic {
     pub(super) rows: usize,
     /// Column and row of its first sample, counted from that of the first file.
     pub(super) origin: [i64; 2],
+    /// From the first file's columns and rows.
     pub(super) to_crs: DAffine2,
     /// Column and row of each file's first sample.
     pub(super) offsets: Vec<[usize; 2]>,
@@ -42,7 +43,7 @@ impl Mosaic {
             columns,
             rows,
             origin: [low.x as i64, low.y as i64],
-            to_crs: first.to_crs * DAffine2::from_translation(low),
+            to_crs: first.to_crs,
             offsets: offsets
                 .iter()
                 .map(|&offset| offset - low)
