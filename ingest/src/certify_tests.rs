@@ -9,8 +9,6 @@ fn raster(columns: usize, heights: Vec<f32>) -> HeightGrid {
         rows,
         heights,
         georeference: GeoReference::wgs84(columns, rows, DVec2::new(20.0, 0.0), DVec2::new(0.01, -0.01)),
-        vertical_datum: "unspecified".into(),
-        files: vec![],
     }
 }
 

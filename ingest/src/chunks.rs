@@ -21,8 +21,7 @@ use serde::{Deserialize, Serialize};
 use terrain_core::height_field::relief::{CHUNK, CORNERS, Chunk};
 
 use crate::progress::Progress;
-use crate::raster::Rasters;
-use crate::samples::{Samples, Window};
+use crate::samples::{Raster, Samples, Window};
 use crate::store::{Name, Store};
 
 /// Where the first sample of the first file is on the lattice of chunks, in both directions: a multiple of any chunk's size.
@@ -68,15 +67,6 @@ impl ChunkId {
     }
 }
 
-/// What a raster on disk was when the work began: another file has another stamp.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Stamp {
-    pub(crate) path: String,
-    pub(crate) bytes: u64,
-    /// Nanoseconds since 1970 at which it was last changed.
-    pub(crate) changed: u128,
-}
-
 /// A rectangle of chunks that is read at once, in columns and rows of the raster.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
@@ -97,7 +87,7 @@ struct BandRecord {
 
 /// The samples of opened rasters while they are brought into a store.
 pub(crate) struct Intake<'a> {
-    pub(crate) rasters: &'a Rasters,
+    pub(crate) raster: &'a dyn Raster,
     pub(crate) store: &'a Store,
     /// What the names of bands begin from: the files, and how they are read.
     pub(crate) name: Name,
@@ -113,22 +103,22 @@ pub(crate) struct Taken {
 impl Intake<'_> {
     /// Lattice coordinates of the raster's first sample.
     fn corner(&self) -> [usize; 2] {
-        self.rasters.origin().map(|origin| (origin + FIRST) as usize)
+        self.raster.origin().map(|origin| (origin + FIRST) as usize)
     }
 
     /// What is to be read, band by band, as far as files reach.
     pub(crate) fn bands(&self) -> Vec<Band> {
         let corner = self.corner();
-        let tall = BAND[1].min(self.rasters.block_rows().div_ceil(CHUNK));
+        let tall = BAND[1].min(self.raster.block_rows().div_ceil(CHUNK));
         let mut occupied: BTreeMap<usize, std::collections::BTreeSet<usize>> = BTreeMap::new();
-        for [columns, rows] in self.rasters.extents() {
+        for [columns, rows] in self.raster.extents() {
             let chunk_rows = (corner[1] + rows.start) / CHUNK..=(corner[1] + rows.end - 1) / CHUNK;
             for row in chunk_rows {
                 let columns = (corner[0] + columns.start) / CHUNK..=(corner[0] + columns.end - 1) / CHUNK;
                 occupied.entry(row / tall).or_default().extend(columns);
             }
         }
-        let [width, height] = self.rasters.size();
+        let [width, height] = self.raster.size();
         let within = |chunks: Range<usize>, axis: usize, size: usize| {
             (chunks.start * CHUNK).saturating_sub(corner[axis])..(chunks.end * CHUNK - corner[axis]).min(size)
         };
@@ -189,7 +179,7 @@ impl Intake<'_> {
     }
 
     fn read(&self, band: &Band) -> Result<BandRecord> {
-        let rectangle = self.rasters.read(band.columns.clone(), band.rows.clone())?;
+        let rectangle = self.raster.read(band.columns.clone(), band.rows.clone())?;
         let [left, top] = self.corner();
         let chunks_over =
             |range: &Range<usize>, corner: usize| (corner + range.start) / CHUNK..(corner + range.end).div_ceil(CHUNK);
@@ -274,7 +264,7 @@ impl ChunkedRaster {
         let cache = |bytes: u64| bytes.max(1 << 20);
         let mut raster = Self {
             store: intake.store.clone(),
-            size: intake.rasters.size(),
+            size: intake.raster.size(),
             corner: intake.corner(),
             names: samples.clone(),
             top_level: 0,
@@ -428,11 +418,6 @@ impl ChunkedRaster {
             .flat_map(|y| across.clone().map(move |x| ChunkId { level, x, y }))
             .filter_map(|id| self.names.get(&id).map(|&name| (id, name)))
             .collect()
-    }
-
-    /// Lattice coordinates of the raster's first sample, from which chunks are counted.
-    pub(crate) fn corner(&self) -> [usize; 2] {
-        self.corner
     }
 }
 

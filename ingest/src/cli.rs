@@ -78,6 +78,16 @@ pub(crate) struct BuildArgs {
     /// How much work goes into few triangles; the error is the same for all.
     #[arg(long, value_enum, default_value = "default")]
     pub(crate) quality: Quality,
+    /// Where finished work is kept until the archive is whole, so that a build that was stopped can go on: a folder, or a bucket
+    /// as s3://bucket/path, gs://… or az://…; OUT.pmtiles.work if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) work: Option<String>,
+    /// Leave the work where it is when the archive is whole: later builds take from it what has not changed.
+    #[arg(long)]
+    pub(crate) keep_work: bool,
+    /// Memory to stay below, roughly, as 800M or 2G; a quarter of the machine's if not given.
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    pub(crate) memory: Option<u64>,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
@@ -238,4 +248,18 @@ fn bounds(text: &str) -> Result<[f64; 4], String> {
         .ok()
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| "needs four numbers: WEST,SOUTH,EAST,NORTH".to_owned())
+}
+
+/// Bytes, from a number with K, M, G or T behind it.
+fn size(text: &str) -> Result<u64, String> {
+    let (number, unit) = text.split_at(text.trim_end_matches(|unit: char| unit.is_ascii_alphabetic()).len());
+    let factor = match unit.to_ascii_uppercase().trim_end_matches("IB").trim_end_matches('B') {
+        "" => 1.0,
+        "K" => 1024.0,
+        "M" => 1_048_576.0,
+        "G" => 1_073_741_824.0,
+        "T" => 1_099_511_627_776.0,
+        _ => return Err("is a number with K, M, G or T behind it".to_owned()),
+    };
+    Ok((positive(number)? * factor) as u64)
 }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_core::height_field::{reference, simplify};
+use terrain_ingest::raster::Rasters;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, model, peak_memory, pyramid, raster, tin, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
@@ -16,6 +17,7 @@ use crate::Failure;
 use crate::cli::{
     Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs,
 };
+use crate::work::Work;
 
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
@@ -32,13 +34,17 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let output = arguments.output.unwrap_or_else(|| default_output(&arguments.dems[0]));
     check_output(&output)?;
     let progress = prepare(&arguments.run)?;
-    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let rasters = Rasters::open(&arguments.dems, &read_options(arguments.raster, &progress))
+        .map_err(|error| Failure::Input(error.into()))?;
     let options = pyramid::Options {
         max_error: arguments.max_error,
         bound: arguments.bound.into(),
         quality: arguments.quality.into(),
+        ..pyramid::Options::default()
     };
-    let report = pyramid::build(&grid, &options, &output, &progress).map_err(Failure::Other)?;
+    let work = Work::begin(arguments.work, &output)?;
+    let built = pyramid::build(&rasters, &options, work.store(), &output, &progress);
+    let report = work.end(built, arguments.keep_work)?;
     print_finished(report, &output, started, arguments.run.json)
 }
 
@@ -133,14 +139,17 @@ fn prepare(run: &RunArgs) -> Result<Progress, Failure> {
     })
 }
 
-fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
-    let options = ReadOptions {
+fn read_options(raster: RasterArgs, progress: &Progress) -> ReadOptions {
+    ReadOptions {
         crs: raster.crs,
         bounds: raster.bounds,
         progress: progress.clone(),
         ..ReadOptions::default()
-    };
-    let grid = raster::read(dems, &options).map_err(|error| Failure::Input(error.into()))?;
+    }
+}
+
+fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
+    let grid = raster::read(dems, &read_options(raster, progress)).map_err(|error| Failure::Input(error.into()))?;
     if !grid.has_surface() {
         let first = dems[0].display();
         return Err(Failure::Input(anyhow!(

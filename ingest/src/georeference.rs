@@ -217,6 +217,14 @@ impl GeoReference {
         &self.crs_name
     }
 
+    /// All that places on the lattice depend on: where they are affine, not how far the samples reach.
+    pub(crate) fn fingerprint(&self) -> String {
+        match &self.to_geographic {
+            ToGeographic::Affine { forward, .. } => format!("{forward:?}"),
+            ToGeographic::Table { table, first } => format!("{} {first:?}", table.fingerprint()),
+        }
+    }
+
     /// True where PROJ had no datum shift to WGS84 and took the coordinates for WGS84's, which may be a hundred metres
     /// off.
     #[must_use]

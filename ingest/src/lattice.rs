@@ -21,12 +21,12 @@ pub(crate) struct Square {
 }
 
 impl Square {
-    pub(crate) fn parent(self) -> Self {
-        Self {
-            zoom: self.zoom - 1,
-            x: self.x.div_euclid(2),
-            y: self.y / 2,
-        }
+    pub(crate) fn children(self) -> [Self; 4] {
+        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| Self {
+            zoom: self.zoom + 1,
+            x: 2 * self.x + x,
+            y: 2 * self.y + y,
+        })
     }
 
     pub(crate) fn address(self) -> TileAddress {

@@ -10,14 +10,17 @@ mod units;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
 use rayon::prelude::*;
 
+pub(crate) use crs::UNSPECIFIED;
 pub use error::ReadError;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
+use crate::samples::{Provenance, Raster, Rectangle};
 use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
@@ -73,14 +76,8 @@ pub struct Rasters {
     georeference: GeoReference,
     limits: Limits,
     progress: Progress,
-}
-
-/// What was read of a rectangle.
-pub struct Rectangle {
-    /// Metres, row by row; NaN where void.
-    pub heights: Vec<f32>,
-    /// For each file how many samples were infinite or beyond any height, and so became void.
-    pub wild: Vec<usize>,
+    /// How the caller overrides what files say.
+    reading: String,
 }
 
 /// A rectangle of one file's samples.
@@ -111,76 +108,13 @@ impl Rasters {
             georeference,
             limits: options.limits,
             progress: options.progress.clone(),
+            reading: format!("{:?} {:?}", options.crs, options.bounds),
         })
-    }
-
-    /// Columns and rows of the rectangle around all files.
-    #[must_use]
-    pub fn size(&self) -> [usize; 2] {
-        [self.mosaic.columns, self.mosaic.rows]
-    }
-
-    /// Column and row of its first sample, counted from that of the first file.
-    #[must_use]
-    pub fn origin(&self) -> [i64; 2] {
-        self.mosaic.origin
-    }
-
-    /// Where the samples are.
-    #[must_use]
-    pub fn georeference(&self) -> &GeoReference {
-        &self.georeference
-    }
-
-    /// Name of the vertical datum, `unspecified` where the rasters do not say.
-    #[must_use]
-    pub fn vertical_datum(&self) -> &str {
-        &self.files[0].layout().vertical_datum
     }
 
     /// Paths as they were given.
-    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+    fn paths(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().map(|file| file.layout().path.as_path())
-    }
-
-    /// Names of the files without their folders.
-    #[must_use]
-    pub fn names(&self) -> Vec<String> {
-        self.paths().map(file_name).collect()
-    }
-
-    /// Columns and rows that each file covers.
-    pub fn extents(&self) -> impl Iterator<Item = [Range<usize>; 2]> + '_ {
-        self.files.iter().zip(&self.mosaic.offsets).map(|(file, &[left, top])| {
-            let layout = file.layout();
-            [left..left + layout.columns, top..top + layout.rows]
-        })
-    }
-
-    /// Rows that are best read together: the tallest block of any file.
-    #[must_use]
-    pub fn block_rows(&self) -> usize {
-        self.files.iter().map(|file| file.block()[1]).max().unwrap_or(1)
-    }
-
-    /// Reads a rectangle of samples, by several readers at once, in whole blocks where it lies along them.
-    ///
-    /// # Errors
-    /// A [`ReadError`] of one line that names the file.
-    pub fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
-        let mut rectangle = Rectangle {
-            heights: vec![f32::NAN; columns.len() * rows.len()],
-            wild: vec![0; self.files.len()],
-        };
-        let parts = self.parts(&columns, &rows);
-        // Memory is that of the rectangle and of what is read at once.
-        for parts in parts.chunks(rayon::current_num_threads()) {
-            let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
-            for (part, metres) in parts.iter().zip(read?) {
-                rectangle.wild[part.file] += self.put(part, &metres, &mut rectangle.heights, &columns, &rows);
-            }
-        }
-        Ok(rectangle)
     }
 
     /// All samples as one grid in memory.
@@ -194,29 +128,21 @@ impl Rasters {
         self.progress.stage("reading samples", (columns * rows) as u64);
         let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
         self.progress.done();
-        self.note_wild(&wild);
-        if heights.iter().all(|height| height.is_nan()) {
-            return Err(self.all_void());
-        }
-        self.note_deep(heights.iter().copied().fold(f32::INFINITY, f32::min));
+        self.remark(heights.iter().copied().fold(f32::INFINITY, f32::min), &wild)?;
         Ok(HeightGrid {
             columns,
             rows,
             heights,
-            vertical_datum: self.vertical_datum().to_owned(),
-            files: self.names(),
             georeference: self.georeference,
         })
     }
 
-    /// The error to give where no sample has a height.
-    #[must_use]
-    pub fn all_void(&self) -> ReadError {
+    fn all_void(&self) -> ReadError {
         ReadError::AllVoid(self.files[0].layout().path.clone())
     }
 
     /// Remarks on samples that became void because they cannot be heights; counts by file.
-    pub fn note_wild(&self, wild: &[usize]) {
+    fn note_wild(&self, wild: &[usize]) {
         for (file, wild) in self.files.iter().zip(wild).filter(|&(_, &wild)| wild > 0) {
             let path = file.layout().path.display();
             let kilometres = HIGHEST / 1000.0;
@@ -227,7 +153,7 @@ impl Rasters {
     }
 
     /// Remarks on a lowest sample below every sea floor.
-    pub fn note_deep(&self, lowest: f32) {
+    fn note_deep(&self, lowest: f32) {
         if lowest < DEEPEST {
             let note = format!("the lowest sample is {lowest} m, below every sea floor; is a nodata value missing?");
             self.progress.note(&note);
@@ -237,7 +163,7 @@ impl Rasters {
     /// The rectangle cut into parts of one file each, along its blocks, in the order of files.
     fn parts(&self, columns: &Range<usize>, rows: &Range<usize>) -> Vec<Part> {
         let mut parts = Vec::new();
-        for (file, [across, down]) in self.extents().enumerate() {
+        for (file, [across, down]) in self.extents().into_iter().enumerate() {
             let columns = intersection(columns, &across);
             let rows = intersection(rows, &down);
             let [width, height] = part_size(self.files[file].block(), [columns.len(), rows.len()]);
@@ -270,29 +196,100 @@ impl Rasters {
         self.progress.advance(metres.len() as u64);
         Ok(metres)
     }
+}
 
-    /// Puts a part where nothing is yet; returns how many samples were no heights.
-    fn put(
-        &self,
-        part: &Part,
-        metres: &[f64],
-        heights: &mut [f32],
-        columns: &Range<usize>,
-        rows: &Range<usize>,
-    ) -> usize {
-        let mut wild = 0;
-        for (row, metres) in part.rows.clone().zip(metres.chunks_exact(part.columns.len())) {
-            let start = (row - rows.start) * columns.len() + part.columns.start - columns.start;
-            for (height, &metres) in heights[start..].iter_mut().zip(metres) {
-                let (value, is_wild) = checked_height(metres);
-                wild += usize::from(is_wild);
-                if height.is_nan() {
-                    *height = value;
-                }
+impl Raster for Rasters {
+    fn size(&self) -> [usize; 2] {
+        [self.mosaic.columns, self.mosaic.rows]
+    }
+
+    fn origin(&self) -> [i64; 2] {
+        self.mosaic.origin
+    }
+
+    fn extents(&self) -> Vec<[Range<usize>; 2]> {
+        let extent = |(file, &[left, top]): (&Source, &[usize; 2])| {
+            let layout = file.layout();
+            [left..left + layout.columns, top..top + layout.rows]
+        };
+        self.files.iter().zip(&self.mosaic.offsets).map(extent).collect()
+    }
+
+    fn block_rows(&self) -> usize {
+        self.files.iter().map(|file| file.block()[1]).max().unwrap_or(1)
+    }
+
+    /// By several readers at once, in whole blocks where the rectangle lies along them.
+    fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
+        let mut rectangle = Rectangle {
+            heights: vec![f32::NAN; columns.len() * rows.len()],
+            wild: vec![0; self.files.len()],
+        };
+        let parts = self.parts(&columns, &rows);
+        // Memory is that of the rectangle and of what is read at once.
+        for parts in parts.chunks(rayon::current_num_threads()) {
+            let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
+            for (part, metres) in parts.iter().zip(read?) {
+                rectangle.wild[part.file] += put(part, &metres, &mut rectangle.heights, &columns, &rows);
             }
         }
-        wild
+        Ok(rectangle)
     }
+
+    fn georeference(&self) -> &GeoReference {
+        &self.georeference
+    }
+
+    fn provenance(&self) -> Provenance {
+        Provenance {
+            files: self.paths().map(file_name).collect(),
+            vertical_datum: self.files[0].layout().vertical_datum.clone(),
+        }
+    }
+
+    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError> {
+        self.note_wild(wild);
+        self.note_deep(lowest);
+        if lowest.is_finite() {
+            Ok(())
+        } else {
+            Err(self.all_void())
+        }
+    }
+
+    /// Path, size and time of the last change of each file, and how they are read.
+    fn stamp(&self) -> String {
+        let stamps: Vec<String> = self.paths().map(stamp_of).collect();
+        format!("{} {}", stamps.join(" "), self.reading)
+    }
+}
+
+fn stamp_of(path: &Path) -> String {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let changed = std::fs::metadata(path).map(|metadata| {
+        let since = metadata
+            .modified()
+            .ok()
+            .and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+        (metadata.len(), since.map(|since| since.as_nanos()))
+    });
+    format!("{} {:?}", absolute.display(), changed.ok())
+}
+
+/// Puts a part where nothing is yet; returns how many samples were no heights.
+fn put(part: &Part, metres: &[f64], heights: &mut [f32], columns: &Range<usize>, rows: &Range<usize>) -> usize {
+    let mut wild = 0;
+    for (row, metres) in part.rows.clone().zip(metres.chunks_exact(part.columns.len())) {
+        let start = (row - rows.start) * columns.len() + part.columns.start - columns.start;
+        for (height, &metres) in heights[start..].iter_mut().zip(metres) {
+            let (value, is_wild) = checked_height(metres);
+            wild += usize::from(is_wild);
+            if height.is_nan() {
+                *height = value;
+            }
+        }
+    }
+    wild
 }
 
 /// Reads band 1 of `paths` as one grid in memory.

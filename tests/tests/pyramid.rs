@@ -8,6 +8,8 @@ use geo::{Area, Coord, LineString, Polygon};
 use tempfile::TempDir;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
+use terrain_ingest::raster::Rasters;
+use terrain_ingest::store::Store;
 use terrain_ingest::verify::ArchiveReport;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
@@ -20,6 +22,7 @@ const MAX_ERROR: f64 = 10.0;
 
 struct Built {
     folder: TempDir,
+    rasters: Rasters,
     grid: HeightGrid,
 }
 
@@ -28,6 +31,7 @@ impl Built {
         let grid = raster::read(files, &ReadOptions::default()).unwrap();
         let built = Self {
             folder: TempDir::new().unwrap(),
+            rasters: Rasters::open(files, &ReadOptions::default()).unwrap(),
             grid,
         };
         built.build("archive.pmtiles", max_error);
@@ -39,7 +43,9 @@ impl Built {
             max_error: Some(max_error),
             ..pyramid::Options::default()
         };
-        pyramid::build(&self.grid, &options, &self.path(name), &Progress::silent()).unwrap();
+        let work = TempDir::new().unwrap();
+        let store = Store::open(&work.path().display().to_string()).unwrap();
+        pyramid::build(&self.rasters, &options, &store, &self.path(name), &Progress::silent()).unwrap();
     }
 
     fn path(&self, name: &str) -> PathBuf {

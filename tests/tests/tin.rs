@@ -20,8 +20,6 @@ fn grid(columns: usize, rows: usize, height: impl Fn(usize, usize) -> f32) -> He
         rows,
         heights: heights.collect(),
         georeference: GeoReference::wgs84(columns, rows, DVec2::new(7.0, 46.0), DVec2::new(0.001, -0.001)),
-        vertical_datum: "unknown".into(),
-        files: vec!["synthetic".into()],
     }
 }
 

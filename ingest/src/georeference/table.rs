@@ -7,6 +7,7 @@
 use glam::{DMat2, DVec2};
 
 use super::GeoReferenceError;
+use crate::store::Name;
 
 /// Largest difference from the tabulated map, in cells of the raster.
 const TOLERANCE: f64 = 1e-5;
@@ -102,6 +103,17 @@ impl Table {
             }
         }
         Ok(true)
+    }
+
+    /// All nodes as one number.
+    pub(super) fn fingerprint(&self) -> Name {
+        let nodes: Vec<u8> = self
+            .nodes
+            .iter()
+            .flat_map(|node| node.to_array())
+            .flat_map(f64::to_le_bytes)
+            .collect();
+        Name::of([self.spacing.to_le_bytes().as_slice(), &nodes])
     }
 
     /// Adds `offset` to all values.

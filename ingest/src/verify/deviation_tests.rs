@@ -15,8 +15,6 @@ fn grid(columns: usize, rows: usize, first: DVec2, step: DVec2, height: impl Fn(
             .map(|index| height(index % columns, index / columns))
             .collect(),
         georeference: GeoReference::wgs84(columns, rows, first, step),
-        vertical_datum: "unspecified".to_owned(),
-        files: Vec::new(),
     }
 }
 

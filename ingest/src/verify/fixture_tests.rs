@@ -75,8 +75,6 @@ impl Sample {
                 .map(|index| height(index % SAMPLES, index / SAMPLES))
                 .collect(),
             georeference: GeoReference::wgs84(SAMPLES, SAMPLES, first, DVec2::new(step, -step)),
-            vertical_datum: "unspecified".to_owned(),
-            files: Vec::new(),
         };
         let leaves: Vec<Tile> = ROOT.children().map(|address| leaf(address, &grid, void)).to_vec();
         let root = root(&leaves);

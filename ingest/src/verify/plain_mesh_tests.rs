@@ -18,8 +18,6 @@ fn plane() -> HeightGrid {
             .map(|index| f32::from(index % 9) * 3.0 + f32::from(index / 9) * 5.0)
             .collect(),
         georeference: GeoReference::wgs84(9, 9, DVec2::new(7.0, 46.0), DVec2::new(0.25, -0.25)),
-        vertical_datum: "unspecified".to_owned(),
-        files: Vec::new(),
     }
 }
 

@@ -24,8 +24,6 @@ fn across_the_antimeridian(is_void: impl Fn(usize) -> bool) -> HeightGrid {
         rows: 11,
         heights: (0..121).map(height).collect(),
         georeference: GeoReference::wgs84(11, 11, DVec2::new(179.0, 11.0), DVec2::new(0.2, -0.2)),
-        vertical_datum: "unspecified".to_owned(),
-        files: Vec::new(),
     }
 }
 
