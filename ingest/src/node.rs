@@ -18,7 +18,7 @@ use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
 use terrain_tiles::codec;
-use terrain_tiles::ellipsoid::Geodetic;
+use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS};
 use terrain_tiles::tile::{Detail, Tile};
 
 use crate::border::BorderCurve;
@@ -36,8 +36,6 @@ const AGREEMENT: f64 = 1e-5;
 const RUNGS: i32 = 2;
 /// No triangle is lower than this in plan, lattice units.
 const LEAST_ALTITUDE: f64 = 2.0;
-/// Mean radius of the Earth, metres.
-const EARTH_RADIUS: f64 = 6_371_000.0;
 
 /// What all tiles of a build share.
 pub(crate) struct Build<'a> {
@@ -230,9 +228,9 @@ impl Build<'_> {
             }
             let [from, to] = [a, b].map(|p| self.geodetic(square, p));
             let latitude = from.latitude.abs().max(to.latitude.abs()).min(89.9).to_radians();
-            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * EARTH_RADIUS;
-            let north = (to.latitude - from.latitude).to_radians() * EARTH_RADIUS;
-            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * EARTH_RADIUS))
+            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * MEAN_RADIUS;
+            let north = (to.latitude - from.latitude).to_radians() * MEAN_RADIUS;
+            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * MEAN_RADIUS))
         });
         bulges.fold(0.0, f64::max)
     }

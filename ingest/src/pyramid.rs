@@ -24,6 +24,7 @@ use terrain_core::height_field::reference::{Bound, Reference};
 use terrain_core::height_field::simplify::{Allowance, Quality, Simplifier};
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Writer;
+use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
 
 use crate::border::{BorderCurve, BorderSource};
@@ -44,10 +45,6 @@ const STEPS_IN_AN_ERROR: f64 = 64.0;
 const SIDE_SHARE: f64 = 0.4;
 /// Shares of the tolerance to try for a leaf until its certificate is what was asked for.
 const LEAF_SHARES: [f64; 4] = [MODEL_SHARE, 0.93, 0.8, 0.6];
-/// Metres in a degree of latitude, roughly.
-const METRES_IN_A_DEGREE: f64 = 111_320.0;
-/// Mean radius of the Earth, metres.
-const EARTH_RADIUS: f64 = 6_371_000.0;
 
 /// What to build.
 #[derive(Clone, Copy, Debug)]
@@ -197,7 +194,7 @@ impl<'a> Pyramid<'a> {
         let middle = (grid.columns - 1) as f64 / 2.0;
         let row_curvature = |row| {
             let cell = grid.georeference.cell_metres(DVec2::new(middle, row as f64));
-            cell * cell / (2.0 * EARTH_RADIUS)
+            cell * cell / (2.0 * MEAN_RADIUS)
         };
         Self {
             build: Build {

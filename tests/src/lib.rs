@@ -1,6 +1,7 @@
 //! What the end-to-end tests share: oracles, and where test data are.
 
 pub mod geographiclib;
+pub mod source;
 pub mod vectors;
 
 use std::path::{Path, PathBuf};
