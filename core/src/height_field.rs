@@ -8,6 +8,7 @@ pub mod chain;
 pub(crate) mod collapse;
 pub(crate) mod fan;
 pub(crate) mod filters;
+pub mod heights;
 pub(crate) mod improve;
 pub(crate) mod interval;
 pub(crate) mod outline;

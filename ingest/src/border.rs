@@ -12,7 +12,7 @@
 
 use glam::DVec2;
 use terrain_core::height_field::chain::fewest_vertices;
-use terrain_core::height_field::reference::Reference;
+use terrain_core::height_field::heights::Heights;
 use terrain_tiles::ellipsoid::MEAN_RADIUS;
 
 use crate::georeference::GeoReference;
@@ -22,7 +22,7 @@ use crate::lattice::{Edge, Lattice, STRIP};
 pub(crate) struct BorderSource<'a> {
     pub(crate) lattice: Lattice,
     pub(crate) georeference: &'a GeoReference,
-    pub(crate) reference: &'a Reference<'a>,
+    pub(crate) heights: Heights<'a>,
 }
 
 /// A side's runs from its start to its end.
@@ -136,7 +136,7 @@ impl BorderSource<'_> {
     }
 
     fn point(&self, edge: Edge, along: i64) -> (i64, f64) {
-        let height = self.reference.height_near(self.grid(edge, along as f64)).unwrap_or(0.0);
+        let height = self.heights.height_near(self.grid(edge, along as f64)).unwrap_or(0.0);
         let step = self.lattice.height_step();
         (along, (height / step).round() * step)
     }
@@ -145,7 +145,7 @@ impl BorderSource<'_> {
     fn surface_beside(&self, edge: Edge, along: f64) -> [bool; 2] {
         [-0.25, 0.25].map(|sideways| {
             let cell = self.georeference.grid(self.geographic(edge, along, sideways)).floor();
-            self.reference.cell_is_valid(cell.x as i64, cell.y as i64)
+            self.heights.cell_is_valid(cell.x as i64, cell.y as i64)
         })
     }
 

@@ -1,6 +1,4 @@
 use glam::DVec2;
-use terrain_core::height_field::plan::PlanMap;
-use terrain_core::height_field::reference::{Bound, Reference};
 
 use super::*;
 use crate::lattice::Square;
@@ -26,20 +24,15 @@ fn heights() -> Vec<f32> {
 fn with_source(test: impl Fn(&BorderSource)) {
     let heights = heights();
     let georeference = GeoReference::wgs84(SIZE, SIZE, DVec2::new(10.0, 46.0), DVec2::new(0.01, -0.01));
-    let curvature = vec![DVec2::ZERO; SIZE];
-    let reference = Reference {
+    let heights = Heights {
         columns: SIZE,
         rows: SIZE,
-        heights: &heights,
-        plan: PlanMap::fit(DVec2::ZERO, DVec2::ONE, |p| p, |p| p),
-        curvature: &curvature,
-        ground: DVec2::ONE,
-        bound: Bound::Surface,
+        samples: &heights,
     };
     test(&BorderSource {
         lattice: LATTICE,
         georeference: &georeference,
-        reference: &reference,
+        heights,
     });
 }
 

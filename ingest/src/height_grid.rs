@@ -1,6 +1,7 @@
 //! Heights on the samples of a raster: what everything after reading starts from.
 
 use glam::DVec2;
+use terrain_core::height_field::heights::Heights;
 
 use crate::georeference::GeoReference;
 
@@ -36,6 +37,16 @@ impl HeightGrid {
                 .zip(pair[1].windows(2))
                 .any(|(above, below)| whole(above, below))
         })
+    }
+
+    /// All samples, as those of one window.
+    #[must_use]
+    pub fn whole(&self) -> Heights<'_> {
+        Heights {
+            columns: self.columns,
+            rows: self.rows,
+            samples: &self.heights,
+        }
     }
 
     /// The sample at a column and a row, NaN where void.

@@ -129,7 +129,7 @@ impl Builder<'_> {
 
     fn surface_vertex(&mut self, at: [i64; 2]) -> u32 {
         let grid = self.grid(DVec2::new(at[0] as f64, at[1] as f64));
-        let height = self.reference.height_near(grid).unwrap_or(0.0);
+        let height = self.reference.heights.height_near(grid).unwrap_or(0.0);
         self.vertex(at, stepped(height, self.lattice.height_step()))
     }
 
@@ -144,7 +144,7 @@ impl Builder<'_> {
 
     fn is_inside(&self, plan: DVec2) -> bool {
         let cell = self.grid(plan).floor();
-        self.reference.cell_is_valid(cell.x as i64, cell.y as i64)
+        self.reference.heights.cell_is_valid(cell.x as i64, cell.y as i64)
     }
 
     fn add_sides(&mut self) {
@@ -267,9 +267,12 @@ impl Builder<'_> {
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), grid| {
                 (low.min(grid), high.max(grid))
             });
-        let limit = DVec2::new(self.reference.columns as f64, self.reference.rows as f64);
+        let limit = DVec2::new(
+            self.reference.heights.columns as f64,
+            self.reference.heights.rows as f64,
+        );
         let (low, high) = ((low - 3.0).max(DVec2::ZERO).floor(), (high + 3.0).min(limit).ceil());
-        let valid = |column: f64, row: f64| self.reference.cell_is_valid(column as i64, row as i64);
+        let valid = |column: f64, row: f64| self.reference.heights.cell_is_valid(column as i64, row as i64);
         let mut steps = Vec::new();
         let mut row = low.y;
         while row <= high.y {

@@ -2,6 +2,7 @@
 
 mod border;
 mod certify;
+mod chunks;
 pub mod georeference;
 pub mod height_grid;
 mod lattice;
@@ -14,6 +15,7 @@ pub mod progress;
 pub mod pyramid;
 pub mod raster;
 pub mod samples;
+pub mod store;
 pub mod tin;
 pub mod verify;
 

@@ -214,19 +214,6 @@ impl<'a> Pyramid<'a> {
         self.max_error * f64::from(self.build.lattice.leaf_zoom - zoom).exp2()
     }
 
-    fn reference(&self, plan: PlanMap, ground: DVec2) -> Reference<'_> {
-        let grid = self.build.grid;
-        Reference {
-            columns: grid.columns,
-            rows: grid.rows,
-            heights: &grid.heights,
-            plan,
-            curvature: &self.curvature,
-            ground,
-            bound: self.build.bound,
-        }
-    }
-
     /// The raster under a square; none where their rectangles do not meet.
     fn reference_under(&self, square: Square) -> Option<Reference<'_>> {
         let Build { grid, lattice, .. } = self.build;
@@ -239,7 +226,13 @@ impl<'a> Pyramid<'a> {
         let to_plan = |at: DVec2| lattice.global(grid.georeference.geographic(at)) - origin;
         (low.x < high.x && low.y < high.y).then(|| {
             let ground = grid.georeference.cell_metres(to_grid((low + high) / 2.0));
-            self.reference(PlanMap::fit(low, high, to_grid, to_plan), ground)
+            Reference {
+                heights: grid.whole(),
+                plan: PlanMap::fit(low, high, to_grid, to_plan),
+                curvature: &self.curvature,
+                ground,
+                bound: self.build.bound,
+            }
         })
     }
 
@@ -260,23 +253,17 @@ impl<'a> Pyramid<'a> {
         rows.flat_map(|y| columns.clone().map(move |x| square(x, y))).collect()
     }
 
-    fn border_source<'b>(&'b self, reference: &'b Reference<'b>) -> BorderSource<'b> {
+    fn border_source(&self) -> BorderSource<'_> {
         BorderSource {
             lattice: self.build.lattice,
             georeference: &self.build.grid.georeference,
-            reference,
+            heights: self.build.grid.whole(),
         }
-    }
-
-    /// The raster in its own coordinates, for what needs no plan.
-    fn whole_reference(&self) -> Reference<'_> {
-        self.reference(PlanMap::fit(DVec2::ZERO, DVec2::ONE, |p| p, |p| p), DVec2::ONE)
     }
 
     fn leaf_sides(&self, progress: &Progress) -> BTreeMap<Edge, BorderCurve> {
         let edges = edges_of(&self.leaf_squares());
-        let reference = self.whole_reference();
-        let source = self.border_source(&reference);
+        let source = self.border_source();
         let tolerance = SIDE_SHARE * self.max_error;
         progress.stage("sides of tiles", edges.len() as u64);
         let curve = |edge: Edge| {
@@ -296,8 +283,7 @@ impl<'a> Pyramid<'a> {
         children: &[Node],
     ) -> BTreeMap<Edge, BorderCurve> {
         let squares: BTreeSet<Square> = children.iter().map(|node| node.square.parent()).collect();
-        let reference = self.whole_reference();
-        let source = self.border_source(&reference);
+        let source = self.border_source();
         let tolerance = SIDE_SHARE * self.error_at(zoom);
         let curve = |edge: Edge| {
             let halves = edge.halves().map(|half| sides.get(&half));

@@ -24,14 +24,15 @@ const ALLOWED: [(&str, &[&str]); 6] = [
 ];
 
 /// Libraries and the files or folders that wrap them: no other file names them.
-const HOMES: [(&str, &[&str]); 10] = [
+const HOMES: [(&str, &[&str]); 11] = [
     ("gdal", &["ingest/src/raster"]),
     ("exr", &["ingest/src/raster/exr_file.rs"]),
     ("proj", &["ingest/src/georeference/projection.rs"]),
     ("proj_sys", &["ingest/src/georeference/projection.rs"]),
     ("pmtiles", &["tiles/src/archive.rs"]),
     ("axum", &["server"]),
-    ("tokio", &["server"]),
+    ("tokio", &["server", "ingest/src/store.rs"]),
+    ("object_store", &["ingest/src/store.rs"]),
     // Threads; the tests compare what one and several write.
     ("rayon", &["ingest", "tests"]),
     (
@@ -95,7 +96,7 @@ const BELOW_VERIFICATION: [&str; 9] = [
 ];
 
 /// Uses that are to go: without them there is no circle. One that is gone has to leave this list.
-const CIRCLES_TO_BREAK: [(&str, &str); 24] = [
+const CIRCLES_TO_BREAK: [(&str, &str); 23] = [
     ("core/src/height_field/collapse.rs", "core/src/height_field/simplify.rs"),
     ("core/src/height_field/filters.rs", "core/src/height_field/collapse.rs"),
     ("core/src/height_field/filters.rs", "core/src/height_field/simplify.rs"),
@@ -118,7 +119,6 @@ const CIRCLES_TO_BREAK: [(&str, &str); 24] = [
     ("ingest/src/model/world_file.rs", "ingest/src/model.rs"),
     ("ingest/src/raster/exr_file.rs", "ingest/src/raster.rs"),
     ("ingest/src/raster/gdal_file.rs", "ingest/src/raster.rs"),
-    ("ingest/src/raster/layout.rs", "ingest/src/raster.rs"),
     ("ingest/src/raster/mosaic.rs", "ingest/src/raster.rs"),
 ];
 

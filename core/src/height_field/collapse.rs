@@ -335,7 +335,7 @@ impl Simplifier<'_> {
     /// a spike when its triangles hold hardly any.
     fn constrain_spike(&self, grid: DVec2, interval: &mut Interval) {
         if !interval.is_single()
-            && let Some(height) = self.surface.reference.height_near(grid)
+            && let Some(height) = self.surface.reference.heights.height_near(grid)
         {
             interval.constrain(1.0 / SPIKE, height / SPIKE);
         }

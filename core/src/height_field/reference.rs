@@ -12,6 +12,7 @@
 
 use glam::DVec2;
 
+use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::scan;
 
@@ -30,12 +31,8 @@ pub enum Bound {
 /// Samples on a grid, and how a mesh's plan coordinates lie over them.
 #[derive(Clone, Debug)]
 pub struct Reference<'a> {
-    /// Samples in a row.
-    pub columns: usize,
-    /// Rows.
-    pub rows: usize,
-    /// Row by row, metres; NaN is void.
-    pub heights: &'a [f32],
+    /// The samples; grid coordinates are those of this window.
+    pub heights: Heights<'a>,
     /// Between the mesh's plan coordinates and the grid's.
     pub plan: PlanMap,
     /// `kx` and `ky` of each row: squared ground metres of a step over twice the Earth's radius; 0 on a plane.
@@ -142,46 +139,9 @@ impl Piece {
 }
 
 impl Reference<'_> {
-    /// Height of a sample; NaN where it is void.
-    #[must_use]
-    pub fn sample(&self, column: usize, row: usize) -> f64 {
-        f64::from(self.heights[row * self.columns + column])
-    }
-
-    /// Whether the cell whose first corner is (`column`, `row`) has four samples.
-    #[must_use]
-    pub fn cell_is_valid(&self, column: i64, row: i64) -> bool {
-        let inside = column >= 0 && row >= 0 && column + 1 < self.columns as i64 && row + 1 < self.rows as i64;
-        inside
-            && !self
-                .corners(column as usize, row as usize)
-                .iter()
-                .any(|height| height.is_nan())
-    }
-
-    /// Height of the surface at a point; where some corners of its cell are void, of what samples there are.
-    #[must_use]
-    pub fn height_near(&self, grid: DVec2) -> Option<f64> {
-        let limit = DVec2::new(self.columns as f64 - 1.0, self.rows as f64 - 1.0);
-        let inside = grid.clamp(DVec2::ZERO, limit);
-        let first = inside.floor().min((limit - 1.0).max(DVec2::ZERO));
-        let weight = inside - first;
-        let (mut total, mut height) = (0.0, 0.0);
-        for (column, across) in [(0.0, 1.0 - weight.x), (1.0, weight.x)] {
-            for (row, down) in [(0.0, 1.0 - weight.y), (1.0, weight.y)] {
-                let sample = self.sample((first.x + column) as usize, (first.y + row) as usize);
-                if !sample.is_nan() && across * down > 0.0 {
-                    total += across * down;
-                    height += across * down * sample;
-                }
-            }
-        }
-        (total > 1e-9).then(|| height / total)
-    }
-
     /// `kx` and `ky` at a row.
     pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
-        self.curvature[(row.max(0.0) as usize).min(self.rows - 1)]
+        self.curvature[(row.max(0.0) as usize).min(self.heights.rows - 1)]
     }
 
     /// Largest difference between the triangle and the samples that it covers.
@@ -198,29 +158,33 @@ impl Reference<'_> {
         let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
         let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
         let slope = (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area;
-        scan::visit_rows([a.grid, b.grid, c.grid], [self.columns, self.rows], |row, columns| {
-            let down = scan::double(row) - a.grid.y;
-            let at_row = a.height + (slope.y + curvature.y * down) * down;
-            let samples = &self.heights[row * self.columns..][columns.clone()];
-            let from_a = scan::double(columns.start) - a.grid.x;
-            let difference = |step: usize, sample: f32| {
-                let across = from_a + scan::double(step);
-                (f64::from(sample) - at_row - (slope.x + curvature.x * across) * across).abs()
-            };
-            let (mut size, mut place) = (worst.size, usize::MAX);
-            for (step, &sample) in samples.iter().enumerate() {
-                let found = difference(step, sample);
-                if found > size {
-                    (size, place) = (found, step);
-                }
-            }
-            if place != usize::MAX {
-                worst = Deviation {
-                    size,
-                    at: DVec2::new((columns.start + place) as f64, row as f64),
+        scan::visit_rows(
+            [a.grid, b.grid, c.grid],
+            [self.heights.columns, self.heights.rows],
+            |row, columns| {
+                let down = scan::double(row) - a.grid.y;
+                let at_row = a.height + (slope.y + curvature.y * down) * down;
+                let samples = &self.heights.samples[row * self.heights.columns..][columns.clone()];
+                let from_a = scan::double(columns.start) - a.grid.x;
+                let difference = |step: usize, sample: f32| {
+                    let across = from_a + scan::double(step);
+                    (f64::from(sample) - at_row - (slope.x + curvature.x * across) * across).abs()
                 };
-            }
-        });
+                let (mut size, mut place) = (worst.size, usize::MAX);
+                for (step, &sample) in samples.iter().enumerate() {
+                    let found = difference(step, sample);
+                    if found > size {
+                        (size, place) = (found, step);
+                    }
+                }
+                if place != usize::MAX {
+                    worst = Deviation {
+                        size,
+                        at: DVec2::new((columns.start + place) as f64, row as f64),
+                    };
+                }
+            },
+        );
         worst
     }
 
@@ -281,7 +245,7 @@ impl Reference<'_> {
     /// The valid cell at a point; either neighbour where the point is on a grid line.
     fn cell_under(&self, point: DVec2) -> Option<Cell> {
         let index = |coordinate: f64, count: usize| (coordinate.max(0.0) as usize).min(count.saturating_sub(2));
-        let (column, row) = (index(point.x, self.columns), index(point.y, self.rows));
+        let (column, row) = (index(point.x, self.heights.columns), index(point.y, self.heights.rows));
         let cell = self.cell(column, row);
         if !cell.twist.is_nan() {
             return Some(cell);
@@ -298,18 +262,13 @@ impl Reference<'_> {
     }
 
     fn cell(&self, column: usize, row: usize) -> Cell {
-        let [h00, h10, h01, h11] = self.corners(column, row);
+        let [h00, h10, h01, h11] = self.heights.corners(column, row);
         Cell {
             first: DVec2::new(column as f64, row as f64),
             height: h00,
             slope: DVec2::new(h10 - h00, h01 - h00),
             twist: h00 - h10 - h01 + h11,
         }
-    }
-
-    fn corners(&self, column: usize, row: usize) -> [f64; 4] {
-        let (above, below) = (row * self.columns + column, (row + 1) * self.columns + column);
-        [above, above + 1, below, below + 1].map(|index| f64::from(self.heights[index]))
     }
 }
 

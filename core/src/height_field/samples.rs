@@ -114,20 +114,24 @@ impl Window {
         let (column, row) = (across + self.first[0], down + self.first[1]);
         Sample {
             at: DVec2::new(f64::from(column), f64::from(row)),
-            height: reference.sample(column as usize, row as usize),
+            height: reference.heights.sample(column as usize, row as usize),
             index,
         }
     }
 
     fn visit_under(&self, reference: &Reference, corners: [DVec2; 3], mut visit: impl FnMut(Sample)) {
-        scan::visit_rows(corners, [reference.columns, reference.rows], |row, columns| {
-            for column in columns {
-                let index = (row - self.first[1] as usize) * self.columns + column - self.first[0] as usize;
-                let sample = self.sample(reference, index as u32);
-                if !sample.height.is_nan() {
-                    visit(sample);
+        scan::visit_rows(
+            corners,
+            [reference.heights.columns, reference.heights.rows],
+            |row, columns| {
+                for column in columns {
+                    let index = (row - self.first[1] as usize) * self.columns + column - self.first[0] as usize;
+                    let sample = self.sample(reference, index as u32);
+                    if !sample.height.is_nan() {
+                        visit(sample);
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 }
