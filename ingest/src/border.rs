@@ -13,12 +13,10 @@
 use glam::DVec2;
 use terrain_core::height_field::chain::fewest_vertices;
 use terrain_core::height_field::heights::Heights;
+use terrain_tiles::ellipsoid::MEAN_RADIUS;
 
 use crate::georeference::GeoReference;
 use crate::lattice::{Edge, Lattice, STRIP};
-
-/// Mean radius of the Earth, metres; for sagittas only.
-const EARTH_RADIUS: f64 = 6_371_000.0;
 
 /// What a curve is made from.
 pub(crate) struct BorderSource<'a> {
@@ -230,8 +228,8 @@ impl BorderSource<'_> {
         } else {
             latitude.to_radians().cos()
         };
-        let metres = self.lattice.degrees_per_unit().to_radians() * EARTH_RADIUS * shrink;
-        metres * metres / (2.0 * EARTH_RADIUS)
+        let metres = self.lattice.degrees_per_unit().to_radians() * MEAN_RADIUS * shrink;
+        metres * metres / (2.0 * MEAN_RADIUS)
     }
 }
 

@@ -19,10 +19,7 @@ use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::scan;
 use terrain_tiles::ellipsoid::{self, Geodetic};
 
-use crate::height_grid::HeightGrid;
 
-/// Smallest radius of curvature of the ellipsoid, metres.
-const LEAST_RADIUS: f64 = 6_335_000.0;
 /// Third-order terms of the curvature inside a cell, as a share of the second-order one.
 const HIGHER_ORDER: f64 = 1.1;
 /// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
@@ -162,7 +159,7 @@ fn curvature_in_a_cell(grid: &HeightGrid) -> f64 {
             .cell_metres(DVec2::new((grid.columns - 1) as f64 / 2.0, row));
         cell.length_squared()
     });
-    HIGHER_ORDER * squared.into_iter().fold(0.0, f64::max) / (8.0 * LEAST_RADIUS)
+    HIGHER_ORDER * squared.into_iter().fold(0.0, f64::max) / (8.0 * ellipsoid::LEAST_CURVATURE_RADIUS)
 }
 
 fn place(grid: &HeightGrid, geodetic: Geodetic) -> Place {
@@ -270,7 +267,7 @@ fn corners_bulge(grid: &HeightGrid, corners: &[Place]) -> f64 {
     let up = first.space.normalize();
     let steepness = 1.0 + (up.z / up.truncate().length().max(1e-3)).abs();
     // Twice the distance from the first corner bounds the third side, so four times its square.
-    4.0 * longest * steepness / (8.0 * LEAST_RADIUS) / cell
+    4.0 * longest * steepness / (8.0 * ellipsoid::LEAST_CURVATURE_RADIUS) / cell
 }
 
 /// First and last column of the triangle between `row − margin` and `row + margin`, each moved out by the margin.

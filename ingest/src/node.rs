@@ -12,18 +12,18 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
-use terrain_core::height_field::reference::{Bound, Reference};
+use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
 use terrain_tiles::codec;
-use terrain_tiles::ellipsoid::Geodetic;
+use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS};
 use terrain_tiles::tile::{Detail, Tile};
 
 use crate::border::BorderCurve;
 use crate::certify::Certifier;
-use crate::height_grid::HeightGrid;
+use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, STRIP, Square};
 use crate::leaf;
 
@@ -36,14 +36,13 @@ const AGREEMENT: f64 = 1e-5;
 const RUNGS: i32 = 2;
 /// No triangle is lower than this in plan, lattice units.
 const LEAST_ALTITUDE: f64 = 2.0;
-/// Mean radius of the Earth, metres.
-const EARTH_RADIUS: f64 = 6_371_000.0;
 
 /// What all tiles of a build share.
 pub(crate) struct Build<'a> {
-    pub(crate) grid: &'a HeightGrid,
+    pub(crate) georeference: &'a GeoReference,
+    /// Samples from north to south.
+    pub(crate) rows: usize,
     pub(crate) lattice: Lattice,
-    pub(crate) bound: Bound,
     pub(crate) quality: Quality,
     pub(crate) certifier: Certifier<'a>,
 }
@@ -116,7 +115,7 @@ impl Build<'_> {
             address: square.address(),
             extent_bits: self.lattice.extent_bits(square.zoom),
             height_exponent: self.lattice.height_exponent,
-            sampling: self.lattice.sampling(&self.grid.georeference, self.grid.rows, square),
+            sampling: self.lattice.sampling(self.georeference, self.rows, square),
             partition,
             outline_errors,
         };
@@ -230,9 +229,9 @@ impl Build<'_> {
             }
             let [from, to] = [a, b].map(|p| self.geodetic(square, p));
             let latitude = from.latitude.abs().max(to.latitude.abs()).min(89.9).to_radians();
-            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * EARTH_RADIUS;
-            let north = (to.latitude - from.latitude).to_radians() * EARTH_RADIUS;
-            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * EARTH_RADIUS))
+            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * MEAN_RADIUS;
+            let north = (to.latitude - from.latitude).to_radians() * MEAN_RADIUS;
+            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * MEAN_RADIUS))
         });
         bulges.fold(0.0, f64::max)
     }

@@ -1,8 +1,11 @@
 //! What the end-to-end tests share: oracles, and where test data are.
 
 pub mod geographiclib;
+pub mod source;
 pub mod vectors;
 
+use std::fs::OpenOptions;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The top folder of the workspace.
@@ -27,8 +30,24 @@ pub fn shared_data(name: &str) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    println!("skipped: {} is not there", path.display());
+    tell_skipped(&path);
     None
+}
+
+/// Tells that the running test leaves something out because `path` is not there: on standard output, and in a line of the file
+/// that `TERRAIN_SKIPPED_TESTS` names, so that a run of all tests can end with a list of them.
+///
+/// # Panics
+/// Where that file cannot be written.
+pub fn tell_skipped(path: &Path) {
+    let thread = std::thread::current();
+    let line = format!("{}: {} is not there\n", thread.name().unwrap_or("?"), path.display());
+    print!("skipped: {line}");
+    if let Some(list) = std::env::var_os("TERRAIN_SKIPPED_TESTS") {
+        let opened = OpenOptions::new().create(true).append(true).open(&list);
+        let written = opened.and_then(|mut file| file.write_all(line.as_bytes()));
+        written.unwrap_or_else(|error| panic!("{}: {error}", list.display()));
+    }
 }
 
 /// The files below a folder, in order.

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use serde_json::{Value, json};
-use terrain_tests::{files_below, vectors, workspace};
+use terrain_tests::{files_below, tell_skipped, vectors, workspace};
 
 /// A vector as a stranger's checker hands it out: of `expected` only what its kind counts among the inputs.
 fn question(vector: &Value) -> Value {
@@ -87,7 +87,7 @@ fn vectors_of_this_project_are_answered() {
 fn vectors_of_an_independent_reference_are_answered() {
     let folder = workspace().join("../shared/vectors");
     if !folder.exists() {
-        println!("skipped: {} is not there", folder.display());
+        tell_skipped(&folder);
         return;
     }
     assert!(answer_all(&folder, &KINDS) >= 24);
@@ -98,7 +98,7 @@ fn vectors_of_an_independent_reference_are_answered() {
 fn a_partition_is_written_as_the_reference_writes_it() {
     let path = workspace().join("../shared/vectors/multilevel_partition_grid5.json");
     if !path.exists() {
-        println!("skipped: {} is not there", path.display());
+        tell_skipped(&path);
         return;
     }
     let vector = read(&path);
@@ -153,7 +153,7 @@ fn a_log_that_is_not_valid_is_refused_with_its_index() {
 fn counterexamples_are_drawn_as_the_papers_would_and_not_called_consistent() {
     let path = workspace().join("../shared/vectors/counterexamples.json");
     if !path.exists() {
-        println!("skipped: {} is not there", path.display());
+        tell_skipped(&path);
         return;
     }
     let vector = read(&path);

@@ -5,13 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec2;
 use rayon::prelude::*;
 use terrain_tiles::address::TileAddress;
+use terrain_tiles::ellipsoid::LEAST_METRES_IN_A_DEGREE;
 use terrain_tiles::metadata::{Metadata, Zoom};
 
 use super::reference::{Post, Reference};
 use super::report::{Violation, ZoomReport};
-
-/// A little less than a degree of latitude anywhere (110,574 m at the equator), so that reaches come out no shorter.
-const METRES_PER_DEGREE: f64 = 110_000.0;
 
 /// Compares the metadata with the tiles that exist and with what was found in them.
 pub(super) fn check_metadata(
@@ -73,7 +71,7 @@ pub(super) fn check_bounds(metadata: &Metadata, reference: &Reference) -> Vec<Vi
     let Some(deepest) = metadata.zooms.last() else {
         return Vec::new();
     };
-    let reach = DVec2::splat(deepest.outline_error / METRES_PER_DEGREE + 1e-9);
+    let reach = DVec2::splat(deepest.outline_error / LEAST_METRES_IN_A_DEGREE + 1e-9);
     let [west, south, east, north] = metadata.bounds;
     let (low, high) = (DVec2::new(west, south) - reach, DVec2::new(east, north) + reach);
     let [lowest, highest] = metadata.heights;
@@ -139,7 +137,7 @@ fn missing_in_row(
 
 /// The tile of a place and those that are within `reach` metres of it.
 fn nearby(place: DVec2, zoom: u8, reach: f64) -> impl Iterator<Item = TileAddress> {
-    let north = reach / METRES_PER_DEGREE;
+    let north = reach / LEAST_METRES_IN_A_DEGREE;
     let east = north / place.y.to_radians().cos().max(1e-3);
     let offsets = [(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
     offsets
