@@ -2,6 +2,7 @@
 
 mod border;
 mod certify;
+mod coarse;
 pub mod georeference;
 pub mod height_grid;
 mod lattice;

@@ -19,6 +19,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use serde::Serialize;
 use terrain_core::Mesh;
+use terrain_core::height_field::chunks::ChunksInMemory;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::{Bound, Reference};
 use terrain_core::height_field::simplify::{Allowance, Quality, Simplifier};
@@ -28,6 +29,7 @@ use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
 
 use crate::border::{BorderCurve, BorderSource};
 use crate::certify::Certifier;
+use crate::coarse::{CoarseWindow, samples_under};
 use crate::height_grid::HeightGrid;
 use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
@@ -180,6 +182,7 @@ struct Pyramid<'a> {
     max_error: f64,
     bounds: [f64; 4],
     curvature: Vec<DVec2>,
+    chunks: ChunksInMemory,
 }
 
 impl<'a> Pyramid<'a> {
@@ -210,6 +213,7 @@ impl<'a> Pyramid<'a> {
             max_error,
             bounds: grid.georeference.geographic_bounds(),
             curvature: (0..grid.rows).map(row_curvature).collect(),
+            chunks: ChunksInMemory::new(grid.whole()),
         }
     }
 
@@ -217,8 +221,8 @@ impl<'a> Pyramid<'a> {
         self.max_error * f64::from(self.build.lattice.leaf_zoom - zoom).exp2()
     }
 
-    /// The raster under a square; none where their rectangles do not meet.
-    fn reference_under(&self, square: Square) -> Option<Reference<'_>> {
+    /// What is under a square of the raster, handed to `then`; none where their rectangles do not meet.
+    fn with_reference<T>(&self, square: Square, then: impl FnOnce(&Reference) -> T) -> Option<T> {
         let Build { grid, lattice, .. } = self.build;
         let origin = lattice.origin(square);
         let extent = DVec2::splat(lattice.extent(square.zoom) as f64);
@@ -227,16 +231,26 @@ impl<'a> Pyramid<'a> {
         let high = (lattice.global(DVec2::new(east, north)) - origin).min(extent);
         let to_grid = |plan: DVec2| grid.georeference.grid(lattice.geographic(plan + origin));
         let to_plan = |at: DVec2| lattice.global(grid.georeference.geographic(at)) - origin;
-        (low.x < high.x && low.y < high.y).then(|| {
-            let ground = grid.georeference.cell_metres(to_grid((low + high) / 2.0));
-            Reference {
+        if low.x >= high.x || low.y >= high.y {
+            return None;
+        }
+        let ground = grid.georeference.cell_metres(to_grid((low + high) / 2.0));
+        let bound = self.build.bound;
+        let steps = lattice.leaf_zoom - square.zoom;
+        if steps == 0 {
+            let reference = Reference {
                 heights: grid.whole(),
                 plan: PlanMap::fit(low, high, to_grid, to_plan),
                 curvature: &self.curvature,
                 ground,
-                bound: self.build.bound,
-            }
-        })
+                bound,
+                finer: None,
+            };
+            return Some(then(&reference));
+        }
+        let samples = samples_under(low, high, [grid.columns, grid.rows], to_grid);
+        let window = CoarseWindow::new(&self.chunks, steps, samples, |row| self.curvature[row]);
+        Some(then(&window.reference([low, high], to_grid, to_plan, ground, bound)))
     }
 
     fn leaf_squares(&self) -> Vec<Square> {
@@ -315,14 +329,16 @@ impl<'a> Pyramid<'a> {
     }
 
     fn leaf(&self, square: Square, sides: [&BorderCurve; 4]) -> Result<Option<Node>> {
-        let Some(reference) = self.reference_under(square) else {
-            return Ok(None);
-        };
+        let leaf = self.with_reference(square, |reference| self.leaf_over(square, reference, sides));
+        leaf.unwrap_or(Ok(None))
+    }
+
+    fn leaf_over(&self, square: Square, reference: &Reference, sides: [&BorderCurve; 4]) -> Result<Option<Node>> {
         for share in LEAF_SHARES {
-            let Some(finest) = self.leaf_mesh(square, &reference, sides, share * self.max_error)? else {
+            let Some(finest) = self.leaf_mesh(square, reference, sides, share * self.max_error)? else {
                 return Ok(None);
             };
-            let node = self.build.node(square, &reference, finest, sides, self.max_error)?;
+            let node = self.build.node(square, reference, finest, sides, self.max_error)?;
             if node.finest_error <= self.max_error * (1.0 + 1e-6) {
                 return Ok(Some(node));
             }
@@ -374,15 +390,17 @@ impl<'a> Pyramid<'a> {
         progress.stage(&format!("tiles of zoom {zoom}"), families.len() as u64);
         let parent = |(square, family): (Square, Vec<Node>)| {
             let sides = sides_of(square, sides).context("a side is missing")?;
-            let reference = self.reference_under(square).context("a tile is outside the raster")?;
             let outline_strayed = family.iter().map(|child| child.outline_strayed).fold(0.0, f64::max);
             let finest = Finest {
                 mesh: self.welded(&family)?,
                 outline_strayed,
             };
-            let node = self.build.node(square, &reference, finest, sides, self.error_at(zoom));
+            let error = self.error_at(zoom);
+            let node = self.with_reference(square, |reference| {
+                self.build.node(square, reference, finest, sides, error)
+            });
             progress.advance(1);
-            node
+            node.context("a tile is outside the raster")?
         };
         let nodes = families.into_par_iter().map(parent).collect();
         progress.done();
