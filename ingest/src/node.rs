@@ -53,6 +53,8 @@ pub(crate) struct Finest {
     pub(crate) mesh: Mesh,
     /// Metres by which collapses may have moved the outline from the raster's.
     pub(crate) outline_strayed: f64,
+    /// What is claimed of it, metres, where it was measured as the coarsest surface of the tiles below.
+    pub(crate) error: Option<f64>,
 }
 
 /// A finished tile.
@@ -120,7 +122,7 @@ impl Build<'_> {
             partition,
             outline_errors,
         };
-        self.finish(square, self.certified(square, tile), outline_strayed)
+        self.finish(square, self.certified(square, tile, finest.error), outline_strayed)
     }
 
     fn finish(&self, square: Square, tile: Tile, outline_strayed: f64) -> Result<Node> {
@@ -177,9 +179,9 @@ impl Build<'_> {
     }
 
     /// Fills in the error of every level: measured, and never smaller than that of a finer one.
-    fn certified(&self, square: Square, mut tile: Tile) -> Tile {
+    fn certified(&self, square: Square, mut tile: Tile, known: Option<f64>) -> Tile {
         let interior = tile.interior_levels();
-        let full = self.error_of(square, &tile.surface(tile.finest()));
+        let full = known.unwrap_or_else(|| self.error_of(square, &tile.surface(tile.finest())));
         let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
         let mut error = full;
         let count = tile.partition.levels.len();

@@ -124,7 +124,8 @@ pub fn build(grid: &HeightGrid, options: &Options, output: &Path, progress: &Pro
         bail!("the largest error must be more than 0 m");
     }
     let mut writer = Writer::create(output)?;
-    let pyramid = Pyramid::new(grid, options, max_error);
+    let chunks = ChunksInMemory::new(grid.whole());
+    let pyramid = Pyramid::new(grid, &chunks, options, max_error);
     let mut finished = Finished::default();
     let mut sides = pyramid.leaf_sides(progress);
     let mut nodes = pyramid.leaves(&sides, progress)?;
@@ -182,11 +183,11 @@ struct Pyramid<'a> {
     max_error: f64,
     bounds: [f64; 4],
     curvature: Vec<DVec2>,
-    chunks: ChunksInMemory,
+    chunks: &'a ChunksInMemory,
 }
 
 impl<'a> Pyramid<'a> {
-    fn new(grid: &'a HeightGrid, options: &Options, max_error: f64) -> Self {
+    fn new(grid: &'a HeightGrid, chunks: &'a ChunksInMemory, options: &Options, max_error: f64) -> Self {
         let degrees = centre_cell(grid).min_element() / METRES_IN_A_DEGREE;
         let zoom = (180.0 / (degrees * SAMPLES_ACROSS_A_LEAF))
             .log2()
@@ -208,12 +209,12 @@ impl<'a> Pyramid<'a> {
                 lattice,
                 bound: options.bound,
                 quality: options.quality,
-                certifier: Certifier::new(grid, options.bound),
+                certifier: Certifier::new(grid, chunks, options.bound),
             },
             max_error,
             bounds: grid.georeference.geographic_bounds(),
             curvature: (0..grid.rows).map(row_curvature).collect(),
-            chunks: ChunksInMemory::new(grid.whole()),
+            chunks,
         }
     }
 
@@ -249,7 +250,7 @@ impl<'a> Pyramid<'a> {
             return Some(then(&reference));
         }
         let samples = samples_under(low, high, [grid.columns, grid.rows], to_grid);
-        let window = CoarseWindow::new(&self.chunks, steps, samples, |row| self.curvature[row]);
+        let window = CoarseWindow::new(self.chunks, steps, samples, |row| self.curvature[row]);
         Some(then(&window.reference([low, high], to_grid, to_plan, ground, bound)))
     }
 
@@ -373,7 +374,11 @@ impl<'a> Pyramid<'a> {
         });
         let outline_strayed = rounding + simplifier.outline_strayed();
         let mesh = simplifier.into_surface().in_memory_order().mesh().0;
-        Ok(Some(Finest { mesh, outline_strayed }))
+        Ok(Some(Finest {
+            mesh,
+            outline_strayed,
+            error: None,
+        }))
     }
 
     fn parents(
@@ -394,6 +399,7 @@ impl<'a> Pyramid<'a> {
             let finest = Finest {
                 mesh: self.welded(&family)?,
                 outline_strayed,
+                error: Some(family.iter().map(|child| child.coarsest_error).fold(0.0, f64::max)),
             };
             let error = self.error_at(zoom);
             let node = self.with_reference(square, |reference| {

@@ -205,10 +205,34 @@ impl<'a> Relief<'a> {
         &self,
         corners: [DVec2; 3],
         margin: f64,
-        mut may_matter: impl FnMut(&Block) -> bool,
+        may_matter: impl FnMut(&Block) -> bool,
         mut visit: impl FnMut(DVec2, f64),
     ) {
         let triangle = Triangle::new(corners, margin);
+        self.visit_small_blocks(&triangle, may_matter, |block| {
+            self.visit_block(block, &triangle, &mut visit)
+        });
+    }
+
+    /// Calls `visit` with the small blocks that meet a triangle, or are up to `margin` cells beside it: all those in blocks of
+    /// which `may_matter` says so, and of which it says so themselves.
+    pub fn visit_blocks(
+        &self,
+        corners: [DVec2; 3],
+        margin: f64,
+        may_matter: impl FnMut(&Block) -> bool,
+        visit: impl FnMut(&Block),
+    ) {
+        self.visit_small_blocks(&Triangle::new(corners, margin), may_matter, visit);
+    }
+
+    #[inline(always)]
+    fn visit_small_blocks(
+        &self,
+        triangle: &Triangle,
+        mut may_matter: impl FnMut(&Block) -> bool,
+        mut visit: impl FnMut(&Block),
+    ) {
         let level = self
             .level_for((triangle.high - triangle.low).max_element())
             .min(self.top());
@@ -222,22 +246,17 @@ impl<'a> Relief<'a> {
             if !triangle.meets(DVec2::new(scan::double(x), scan::double(y)) * side, side) {
                 continue;
             }
-            let Some(block) = self.block(level, x, y) else { continue };
-            if !may_matter(&block) {
+            let Some(block) = self.block(level, x, y).filter(&mut may_matter) else {
                 continue;
-            }
+            };
             if level <= SMALLEST {
-                self.visit_block(level, x, y, &triangle, &mut visit);
+                visit(&block);
                 continue;
             }
             let [across, down] = &self.levels[usize::from(level - 1)].blocks;
             for y in [2 * y, 2 * y + 1].into_iter().filter(|y| down.contains(y)) {
-                waiting.extend(
-                    [2 * x, 2 * x + 1]
-                        .into_iter()
-                        .filter(|x| across.contains(x))
-                        .map(|x| (level - 1, x, y)),
-                );
+                let parts = [2 * x, 2 * x + 1].into_iter().filter(|x| across.contains(x));
+                waiting.extend(parts.map(|x| (level - 1, x, y)));
             }
         }
     }
@@ -252,9 +271,9 @@ impl<'a> Relief<'a> {
     }
 
     /// Visits the samples of a block that are in a triangle.
-    #[inline]
-    fn visit_block(&self, level: u8, x: usize, y: usize, triangle: &Triangle, visit: &mut impl FnMut(DVec2, f64)) {
-        let (first, side) = ([x << level, y << level], 1_usize << level);
+    #[inline(always)]
+    fn visit_block(&self, block: &Block, triangle: &Triangle, visit: &mut impl FnMut(DVec2, f64)) {
+        let (first, side) = ([block.first.x as usize, block.first.y as usize], block.side as usize);
         let Some(chunk) = self.chunk(0, first[0], first[1]) else {
             return;
         };
