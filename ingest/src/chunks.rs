@@ -12,12 +12,13 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use moka::sync::Cache;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::relief::{CHUNK, CORNERS, Chunk};
 
 use crate::progress::Progress;
@@ -28,6 +29,8 @@ use crate::store::{Name, Store};
 const FIRST: i64 = 1 << 31;
 /// Columns and rows of chunks that are read at once.
 const BAND: [usize; 2] = [256, 4];
+/// Blocks of the highest level along the longer side.
+const FEW_BLOCKS: usize = 8;
 /// Levels above which nothing is gained: one chunk then covers 2^24 cells.
 const MOST_LEVELS: u8 = 16;
 
@@ -248,26 +251,40 @@ fn runs(numbers: impl IntoIterator<Item = usize>) -> Vec<Range<usize>> {
 /// The raster in the store: any window of its samples, any chunk of its relief.
 pub(crate) struct ChunkedRaster {
     store: Store,
+    /// Columns and rows, counted from a corner of a chunk of the highest level: nothing is in the first ones where samples begin
+    /// later.
     size: [usize; 2],
-    /// Lattice coordinates of the first sample.
+    /// Lattice coordinates of that corner.
     corner: [usize; 2],
+    /// Columns and rows before the first sample.
+    before: [usize; 2],
     /// Of level 0 by content, of the others by all samples under them. What has no height is missing.
     names: BTreeMap<ChunkId, Name>,
     top_level: u8,
     samples: Cache<ChunkId, Arc<Vec<f32>>>,
     relief: Cache<ChunkId, Arc<Chunk>>,
+    /// The first chunk that could not be read while nobody could be told.
+    fault: OnceLock<String>,
 }
 
 impl ChunkedRaster {
     /// The raster whose samples were taken into the store. `memory` is how many bytes of chunks are kept at hand.
     pub(crate) fn new(intake: &Intake, samples: &BTreeMap<ChunkId, Name>, memory: u64) -> Self {
         let cache = |bytes: u64| bytes.max(1 << 20);
+        let size = intake.raster.size();
+        let top_level = top_level(size);
+        let align =
+            |corner: usize| corner >> (CHUNK.ilog2() + u32::from(top_level)) << (CHUNK.ilog2() + u32::from(top_level));
+        let corner = intake.corner().map(align);
+        let before = [0, 1].map(|axis| intake.corner()[axis] - corner[axis]);
         let mut raster = Self {
             store: intake.store.clone(),
-            size: intake.raster.size(),
-            corner: intake.corner(),
+            size: [before[0] + size[0], before[1] + size[1]],
+            corner,
+            before,
             names: samples.clone(),
-            top_level: 0,
+            top_level,
+            fault: OnceLock::new(),
             samples: Cache::builder()
                 .weigher(|_, samples: &Arc<Vec<f32>>| (4 * samples.len()) as u32)
                 .max_capacity(cache(memory / 2))
@@ -284,8 +301,7 @@ impl ChunkedRaster {
     /// Names the chunks above the samples, level by level.
     fn name_levels(&mut self) {
         let mut below: Vec<ChunkId> = self.names.keys().copied().collect();
-        while below.len() > 1 && self.top_level < MOST_LEVELS {
-            self.top_level += 1;
+        for _ in 1..=self.top_level {
             let above: std::collections::BTreeSet<ChunkId> = below.iter().map(|id| id.above()).collect();
             for &id in &above {
                 let name = Name::of([self.parts_of_name(id).as_slice()]);
@@ -331,26 +347,42 @@ impl ChunkedRaster {
         if self.store.has(&key)? {
             return Ok(());
         }
-        let parts = id.parts().map(|part| self.chunk(part));
+        let parts = id.parts().map(|part| self.chunk_at(part));
         let [a, b, c, d] = parts;
         let parts = [a?, b?, c?, d?];
         let made = Chunk::over([0, 1, 2, 3].map(|part| parts[part].as_deref()));
         let made = made.context("a chunk without parts has a name")?;
-        let mut bytes = to_bytes(&made.corners);
+        let mut bytes = (made.guessed.len() as u32).to_le_bytes().to_vec();
+        bytes.extend(made.guessed.iter().flat_map(|index| index.to_le_bytes()));
+        bytes.extend(to_bytes(&made.corners));
         bytes.extend(made.residuals.iter().flatten().flat_map(|value| value.to_le_bytes()));
         self.store.put(&key, bytes)
     }
 
-    /// The coarsest level.
-    pub(crate) fn top_level(&self) -> u8 {
-        self.top_level
+    /// Columns and rows before the first sample: the raster's own are counted from there.
+    pub(crate) fn before(&self) -> [usize; 2] {
+        self.before
+    }
+
+    /// What could not be read while nobody could be told.
+    ///
+    /// # Errors
+    /// With the first of it.
+    pub(crate) fn check(&self) -> Result<()> {
+        match self.fault.get() {
+            Some(fault) => bail!("{fault}"),
+            None => Ok(()),
+        }
     }
 
     /// A chunk of the relief; none where nothing has a height.
     ///
     /// # Errors
     /// When the store cannot be read.
-    pub(crate) fn chunk(&self, id: ChunkId) -> Result<Option<Arc<Chunk>>> {
+    pub(crate) fn chunk_at(&self, id: ChunkId) -> Result<Option<Arc<Chunk>>> {
+        if id.level > 0 && !self.names.contains_key(&id) {
+            return Ok(None);
+        }
         if let Some(chunk) = self.relief.get(&id) {
             return Ok(Some(chunk));
         }
@@ -368,10 +400,22 @@ impl ChunkedRaster {
 
     fn read_chunk(&self, id: ChunkId, name: Name) -> Result<Chunk> {
         let key = relief_key(id, name);
-        let values = from_bytes(&self.store.expect(&key)?);
+        let bytes = self.store.expect(&key)?;
+        let damaged = || format!("{key} is damaged");
+        let (length, rest) = bytes.split_first_chunk().with_context(damaged)?;
+        let guessed = u32::from_le_bytes(*length) as usize;
         let count = CORNERS * CORNERS;
-        ensure!(values.len() == count + 2 * CHUNK * CHUNK, "{key} is damaged");
+        ensure!(
+            rest.len() == 4 * (guessed + count + 2 * CHUNK * CHUNK),
+            "{key} is damaged"
+        );
+        let (guessed, values) = rest.split_at(4 * guessed);
+        let values = from_bytes(values);
         Ok(Chunk {
+            guessed: guessed
+                .chunks_exact(4)
+                .map(|four| u32::from_le_bytes([four[0], four[1], four[2], four[3]]))
+                .collect(),
             corners: values[..count].to_vec(),
             residuals: values[count..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect(),
         })
@@ -418,6 +462,36 @@ impl ChunkedRaster {
             .flat_map(|y| across.clone().map(move |x| ChunkId { level, x, y }))
             .filter_map(|id| self.names.get(&id).map(|&name| (id, name)))
             .collect()
+    }
+}
+
+/// The level at which all samples are in a few blocks.
+fn top_level(size: [usize; 2]) -> u8 {
+    let cells = size[0].max(size[1]).saturating_sub(1).max(1);
+    let level = cells.div_ceil(FEW_BLOCKS).next_power_of_two().trailing_zeros() as u8;
+    level.clamp(1, MOST_LEVELS)
+}
+
+impl Chunks for ChunkedRaster {
+    fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    fn chunk(&self, level: u8, x: usize, y: usize) -> Option<Arc<Chunk>> {
+        let shift = CHUNK.ilog2() + u32::from(level);
+        let id = ChunkId {
+            level,
+            x: ((self.corner[0] >> shift) + x) as u32,
+            y: ((self.corner[1] >> shift) + y) as u32,
+        };
+        self.chunk_at(id).unwrap_or_else(|error| {
+            self.fault.get_or_init(|| format!("{error:#}"));
+            None
+        })
+    }
+
+    fn top(&self) -> u8 {
+        self.top_level
     }
 }
 

@@ -191,7 +191,7 @@ impl GeoReference {
 
     /// The same places seen from a rectangle of these samples, whose first one is at `first`.
     #[must_use]
-    pub fn window(&self, first: [usize; 2], columns: usize, rows: usize) -> Self {
+    pub fn window(&self, first: [i64; 2], columns: usize, rows: usize) -> Self {
         Self {
             columns,
             rows,

@@ -3,6 +3,7 @@
 mod border;
 mod certify;
 mod chunks;
+mod coarse;
 pub mod georeference;
 pub mod height_grid;
 mod lattice;

@@ -44,7 +44,7 @@ pub(crate) struct Build<'a> {
     pub(crate) rows: usize,
     pub(crate) lattice: Lattice,
     pub(crate) quality: Quality,
-    pub(crate) certifier: Certifier<'a>,
+    pub(crate) certifier: &'a Certifier<'a>,
 }
 
 /// A finest mesh and what is claimed of it so far.
@@ -52,14 +52,14 @@ pub(crate) struct Finest {
     pub(crate) mesh: Mesh,
     /// Metres by which collapses may have moved the outline from the raster's.
     pub(crate) outline_strayed: f64,
+    /// What is claimed of it, metres, where it was measured as the coarsest surface of the tiles below.
+    pub(crate) error: Option<f64>,
 }
 
 /// A finished tile.
 pub(crate) struct Node {
     pub(crate) square: Square,
     pub(crate) bytes: Vec<u8>,
-    /// The coarsest surface, in this tile's lattice coordinates.
-    pub(crate) coarsest: Mesh,
     pub(crate) finest_error: f64,
     pub(crate) coarsest_error: f64,
     pub(crate) outline_error: f64,
@@ -119,7 +119,7 @@ impl Build<'_> {
             partition,
             outline_errors,
         };
-        self.finish(square, self.certified(square, tile), outline_strayed)
+        self.finish(square, self.certified(square, tile, finest.error), outline_strayed)
     }
 
     fn finish(&self, square: Square, tile: Tile, outline_strayed: f64) -> Result<Node> {
@@ -130,7 +130,6 @@ impl Build<'_> {
         Ok(Node {
             square,
             bytes,
-            coarsest: tile.surface(tile.coarsest()),
             finest_error: f64::from(codec::rounded_up(levels[levels.len() - 1].error)),
             coarsest_error: f64::from(codec::rounded_up(levels[0].error)),
             outline_error: f64::from(codec::rounded_up(tile.outline_errors[0])),
@@ -176,9 +175,9 @@ impl Build<'_> {
     }
 
     /// Fills in the error of every level: measured, and never smaller than that of a finer one.
-    fn certified(&self, square: Square, mut tile: Tile) -> Tile {
+    fn certified(&self, square: Square, mut tile: Tile, known: Option<f64>) -> Tile {
         let interior = tile.interior_levels();
-        let full = self.error_of(square, &tile.surface(tile.finest()));
+        let full = known.unwrap_or_else(|| self.error_of(square, &tile.surface(tile.finest())));
         let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
         let mut error = full;
         let count = tile.partition.levels.len();

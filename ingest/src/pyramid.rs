@@ -34,7 +34,7 @@ use self::scheduler::Scheduler;
 use crate::chunks::{ChunkedRaster, Intake};
 use crate::progress::Progress;
 use crate::raster::ReadError;
-use crate::samples::Raster;
+use crate::samples::{Raster, Samples};
 use crate::store::{Name, Store};
 use crate::tin::bound_name;
 
@@ -137,8 +137,11 @@ pub fn build(
     }
     let chunked = take(raster, options, store, progress)?;
     let plan = Plan::new(raster.georeference(), raster.size(), options);
+    let [columns, rows] = Samples::size(&chunked);
+    let before = chunked.before().map(|before| -(before as i64));
+    let georeference = raster.georeference().window(before, columns, rows);
     let scheduler = Scheduler {
-        jobs: Jobs::new(plan, &chunked, raster.georeference()),
+        jobs: Jobs::new(plan, &chunked, &georeference),
         store,
         progress,
         finished: Mutex::default(),

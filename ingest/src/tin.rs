@@ -141,6 +141,7 @@ fn reference<'a>(grid: &'a HeightGrid, is_flipped: bool, curvature: &'a [DVec2],
         curvature,
         ground: DVec2::ONE,
         bound,
+        finer: None,
     }
 }
 

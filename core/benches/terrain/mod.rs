@@ -70,6 +70,7 @@ impl Terrain {
             curvature: &self.curvature,
             ground: DVec2::ONE,
             bound,
+            finer: None,
         }
     }
 

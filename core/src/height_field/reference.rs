@@ -12,6 +12,7 @@
 
 use glam::DVec2;
 
+use crate::height_field::finer::Finer;
 use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::scan;
@@ -41,6 +42,8 @@ pub struct Reference<'a> {
     pub ground: DVec2,
     /// Where the bound is to hold.
     pub bound: Bound,
+    /// What lies between the samples, where these are not all there are.
+    pub finer: Option<Finer<'a>>,
 }
 
 /// A mesh vertex over the grid.
@@ -81,6 +84,35 @@ impl Deviation {
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         if other.size > self.size { other } else { self }
+    }
+}
+
+/// A triangle that is flat in space, on the grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flat {
+    origin: GridPoint,
+    slope: DVec2,
+    curvature: DVec2,
+}
+
+impl Flat {
+    /// None where the corners are on one line.
+    pub(crate) fn through([a, b, c]: [GridPoint; 3], curvature: DVec2) -> Option<Self> {
+        let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
+        let area = to_b.perp_dot(to_c);
+        let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
+        let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
+        (area != 0.0).then(|| Self {
+            origin: a,
+            slope: (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area,
+            curvature,
+        })
+    }
+
+    #[inline]
+    pub(crate) fn height(&self, at: DVec2) -> f64 {
+        let offset = at - self.origin.grid;
+        self.origin.height + (self.slope + self.curvature * offset).dot(offset)
     }
 }
 
@@ -132,6 +164,18 @@ impl Piece {
         (self.first + self.last) / 2.0 - self.bend / 4.0
     }
 
+    /// Where the piece differs most from an edge between two heights: the parameter, and the difference.
+    pub(crate) fn worst(&self, a: f64, b: f64) -> (f64, f64) {
+        let [first, summit, last] = self.differences(a, b);
+        let places = [
+            (self.start, first),
+            (self.end, last),
+            (self.summit(first, last), summit),
+        ];
+        let larger = |a: (f64, f64), b: (f64, f64)| if b.1.abs() > a.1.abs() { b } else { a };
+        places.into_iter().fold((self.start, 0.0), larger)
+    }
+
     fn summit(&self, first: f64, last: f64) -> f64 {
         let share = 0.5 - (last - first) / (2.0 * self.bend);
         self.start + share * (self.end - self.start)
@@ -147,17 +191,13 @@ impl Reference<'_> {
     /// Largest difference between the triangle and the samples that it covers.
     #[must_use]
     pub fn triangle_deviation(&self, corners: [GridPoint; 3]) -> Deviation {
-        let [a, b, c] = corners;
-        let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
-        let area = to_b.perp_dot(to_c);
         let mut worst = Deviation::NONE;
-        if area == 0.0 {
+        let curvature = self.curvature_at(corners.map(|corner| corner.grid.y).iter().sum::<f64>() / 3.0);
+        let Some(flat) = Flat::through(corners, curvature) else {
             return worst;
-        }
-        let curvature = self.curvature_at((a.grid.y + b.grid.y + c.grid.y) / 3.0);
-        let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
-        let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
-        let slope = (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area;
+        };
+        let Flat { origin: a, slope, .. } = flat;
+        let [_, b, c] = corners;
         scan::visit_rows(
             [a.grid, b.grid, c.grid],
             [self.heights.columns, self.heights.rows],
@@ -237,7 +277,7 @@ impl Reference<'_> {
                 end,
                 first,
                 last,
-                bend: cell.twist * step.x * step.y - hang * length * length,
+                bend: cell.bend(step) - hang * length * length,
             });
         });
     }
@@ -246,7 +286,7 @@ impl Reference<'_> {
     fn cell_under(&self, point: DVec2) -> Option<Cell> {
         let index = |coordinate: f64, count: usize| (coordinate.max(0.0) as usize).min(count.saturating_sub(2));
         let (column, row) = (index(point.x, self.heights.columns), index(point.y, self.heights.rows));
-        let cell = self.cell(column, row);
+        let cell = Cell::new([column, row], self.heights.corners(column, row));
         if !cell.twist.is_nan() {
             return Some(cell);
         }
@@ -257,23 +297,14 @@ impl Reference<'_> {
                 index
             }
         };
-        let neighbour = self.cell(before(point.x, column), before(point.y, row));
+        let beside = [before(point.x, column), before(point.y, row)];
+        let neighbour = Cell::new(beside, self.heights.corners(beside[0], beside[1]));
         (!neighbour.twist.is_nan()).then_some(neighbour)
-    }
-
-    fn cell(&self, column: usize, row: usize) -> Cell {
-        let [h00, h10, h01, h11] = self.heights.corners(column, row);
-        Cell {
-            first: DVec2::new(column as f64, row as f64),
-            height: h00,
-            slope: DVec2::new(h10 - h00, h01 - h00),
-            twist: h00 - h10 - h01 + h11,
-        }
     }
 }
 
 /// The bilinear form of a cell; its twist is NaN where a corner is void.
-struct Cell {
+pub(crate) struct Cell {
     first: DVec2,
     height: f64,
     slope: DVec2,
@@ -281,9 +312,24 @@ struct Cell {
 }
 
 impl Cell {
-    fn height(&self, at: DVec2) -> f64 {
+    /// Of the heights at its corners, row by row.
+    pub(crate) fn new([column, row]: [usize; 2], [h00, h10, h01, h11]: [f64; 4]) -> Self {
+        Self {
+            first: DVec2::new(column as f64, row as f64),
+            height: h00,
+            slope: DVec2::new(h10 - h00, h01 - h00),
+            twist: h00 - h10 - h01 + h11,
+        }
+    }
+
+    pub(crate) fn height(&self, at: DVec2) -> f64 {
         let inside = at - self.first;
         self.height + self.slope.dot(inside) + self.twist * inside.x * inside.y
+    }
+
+    /// Of a step in the cell: 4 × the height in its middle below the mean of those at both ends.
+    pub(crate) fn bend(&self, step: DVec2) -> f64 {
+        self.twist * step.x * step.y
     }
 }
 

@@ -14,6 +14,7 @@ pub(crate) fn flat_earth<'a>(columns: usize, heights: &'a [f32], curvature: &'a 
         curvature,
         ground: DVec2::ONE,
         bound: Bound::Surface,
+        finer: None,
     }
 }
 

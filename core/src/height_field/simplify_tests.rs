@@ -42,6 +42,7 @@ fn reference<'a>(heights: &'a [f32], curvature: &'a [DVec2], bound: Bound) -> Re
         curvature,
         ground: DVec2::splat(30.0),
         bound,
+        finer: None,
     }
 }
 

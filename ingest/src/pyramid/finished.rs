@@ -90,6 +90,7 @@ impl TileRecord {
             square: self.square,
             coarsest: tile.surface(tile.coarsest()),
             outline_strayed: self.claims.outline_strayed,
+            coarsest_error: self.claims.coarsest_error,
         })
     }
 }

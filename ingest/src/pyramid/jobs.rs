@@ -19,14 +19,16 @@ use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::simplify::{Allowance, Simplifier};
 use terrain_tiles::address::Side;
+use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 
 use super::plan::Plan;
 use crate::border::{BorderCurve, BorderSource};
 use crate::certify::Certifier;
 use crate::chunks::ChunkedRaster;
+use crate::coarse::CoarseWindow;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
-use crate::lattice::{Edge, Square};
+use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
 use crate::node::{Build, Finest, MODEL_SHARE, Node, kinds};
 use crate::samples::{Samples, Window};
@@ -35,10 +37,6 @@ use crate::samples::{Samples, Window};
 const SIDE_SHARE: f64 = 0.4;
 /// Shares of the tolerance to try for a leaf until its certificate is what was asked for.
 const LEAF_SHARES: [f64; 4] = [MODEL_SHARE, 0.93, 0.8, 0.6];
-/// Metres in a degree of latitude, roughly.
-const METRES_IN_A_DEGREE: f64 = 111_320.0;
-/// Mean radius of the Earth, metres.
-const EARTH_RADIUS: f64 = 6_371_000.0;
 /// Stretches of a square's side between places whose columns and rows are asked for.
 const STRETCHES: usize = 32;
 /// Cells by which a window reaches beyond its square: what a cell at its side needs, and rounding.
@@ -51,6 +49,7 @@ pub(crate) struct Jobs<'a> {
     pub(crate) plan: Plan,
     pub(crate) raster: &'a ChunkedRaster,
     pub(crate) georeference: &'a GeoReference,
+    certifier: Certifier<'a>,
     curves: Cache<Edge, Arc<BorderCurve>>,
 }
 
@@ -59,11 +58,61 @@ pub(crate) struct Child {
     pub(crate) square: Square,
     pub(crate) coarsest: Mesh,
     pub(crate) outline_strayed: f64,
+    pub(crate) coarsest_error: f64,
+}
+
+/// A square's plan coordinates over a grid, and the rectangle in which they are needed.
+struct PlanOfTile<'a> {
+    lattice: Lattice,
+    georeference: &'a GeoReference,
+    origin: DVec2,
+    low: DVec2,
+    high: DVec2,
+}
+
+impl<'a> PlanOfTile<'a> {
+    /// The part of a square over a grid; none where they do not meet.
+    fn over(lattice: Lattice, square: Square, georeference: &'a GeoReference) -> Option<Self> {
+        Self::within(lattice, square, georeference, georeference.geographic_bounds())
+    }
+
+    fn within(
+        lattice: Lattice,
+        square: Square,
+        georeference: &'a GeoReference,
+        [west, south, east, north]: [f64; 4],
+    ) -> Option<Self> {
+        let origin = lattice.origin(square);
+        let extent = DVec2::splat(lattice.extent(square.zoom) as f64);
+        let low = (lattice.global(DVec2::new(west, south)) - origin).max(DVec2::ZERO);
+        let high = (lattice.global(DVec2::new(east, north)) - origin).min(extent);
+        (low.x < high.x && low.y < high.y).then_some(Self {
+            lattice,
+            georeference,
+            origin,
+            low,
+            high,
+        })
+    }
+
+    fn grid(&self, plan: DVec2) -> DVec2 {
+        self.georeference.grid(self.lattice.geographic(plan + self.origin))
+    }
+
+    fn plan(&self, grid: DVec2) -> DVec2 {
+        self.lattice.global(self.georeference.geographic(grid)) - self.origin
+    }
+
+    /// Metres of a column and of a row, in the middle.
+    fn ground(&self) -> DVec2 {
+        self.georeference.cell_metres(self.grid((self.low + self.high) / 2.0))
+    }
 }
 
 impl<'a> Jobs<'a> {
     pub(crate) fn new(plan: Plan, raster: &'a ChunkedRaster, georeference: &'a GeoReference) -> Self {
         Self {
+            certifier: Certifier::new(georeference, raster, plan.bound),
             plan,
             raster,
             georeference,
@@ -185,7 +234,7 @@ impl<'a> Jobs<'a> {
             columns,
             rows,
             heights,
-            georeference: self.georeference.window(first, columns, rows),
+            georeference: self.georeference.window(first.map(|first| first as i64), columns, rows),
         }
     }
 
@@ -196,38 +245,14 @@ impl<'a> Jobs<'a> {
         Ok(window.map(|window| self.grid_of(window)))
     }
 
-    fn build<'b>(&self, grid: &'b HeightGrid) -> Build<'b> {
+    fn build(&self) -> Build<'_> {
         Build {
-            grid,
+            georeference: self.georeference,
+            rows: self.raster.size()[1],
             lattice: self.plan.lattice,
-            bound: self.plan.bound,
             quality: self.plan.quality,
-            certifier: Certifier::new(grid, self.plan.bound),
+            certifier: &self.certifier,
         }
-    }
-
-    /// The raster under a square; none where their rectangles do not meet.
-    fn reference_under<'b>(
-        &self,
-        square: Square,
-        grid: &'b HeightGrid,
-        curvature: &'b [DVec2],
-    ) -> Option<Reference<'b>> {
-        let lattice = self.plan.lattice;
-        let origin = lattice.origin(square);
-        let extent = DVec2::splat(lattice.extent(square.zoom) as f64);
-        let [west, south, east, north] = grid.georeference.geographic_bounds();
-        let low = (lattice.global(DVec2::new(west, south)) - origin).max(DVec2::ZERO);
-        let high = (lattice.global(DVec2::new(east, north)) - origin).min(extent);
-        let to_grid = |plan: DVec2| grid.georeference.grid(lattice.geographic(plan + origin));
-        let to_plan = |at: DVec2| lattice.global(grid.georeference.geographic(at)) - origin;
-        (low.x < high.x && low.y < high.y).then(|| Reference {
-            heights: grid.whole(),
-            plan: PlanMap::fit(low, high, to_grid, to_plan),
-            curvature,
-            ground: grid.georeference.cell_metres(to_grid((low + high) / 2.0)),
-            bound: self.plan.bound,
-        })
     }
 
     /// The leaf of a square, if the raster has a surface there.
@@ -238,19 +263,42 @@ impl<'a> Jobs<'a> {
         let Some(grid) = self.window(cells)? else {
             return Ok(None);
         };
-        let curvature = row_curvature(&grid);
-        let Some(reference) = self.reference_under(square, &grid, &curvature) else {
+        let Some(plan) = PlanOfTile::over(self.plan.lattice, square, &grid.georeference) else {
             return Ok(None);
         };
+        let curvature: Vec<DVec2> = (0..grid.rows)
+            .map(|row| curvature(&grid.georeference, grid.columns, row))
+            .collect();
+        let reference = Reference {
+            heights: grid.whole(),
+            plan: PlanMap::fit(plan.low, plan.high, |at| plan.grid(at), |at| plan.plan(at)),
+            curvature: &curvature,
+            ground: plan.ground(),
+            bound: self.plan.bound,
+            finer: None,
+        };
         let curves = self.curves_around(square)?;
-        let sides = curves.each_ref().map(|curve| curve.as_ref());
-        let build = self.build(&grid);
+        self.leaf_over(
+            square,
+            &grid.georeference,
+            &reference,
+            curves.each_ref().map(|curve| curve.as_ref()),
+        )
+    }
+
+    fn leaf_over(
+        &self,
+        square: Square,
+        georeference: &GeoReference,
+        reference: &Reference,
+        sides: [&BorderCurve; 4],
+    ) -> Result<Option<Node>> {
         let max_error = self.plan.max_error;
         for share in LEAF_SHARES {
-            let Some(finest) = self.leaf_mesh(&build, square, &reference, sides, share * max_error)? else {
+            let Some(finest) = self.leaf_mesh(georeference, square, reference, sides, share * max_error)? else {
                 return Ok(None);
             };
-            let node = build.node(square, &reference, finest, sides, max_error)?;
+            let node = self.build().node(square, reference, finest, sides, max_error)?;
             if node.finest_error <= max_error * (1.0 + 1e-6) {
                 return Ok(Some(node));
             }
@@ -263,14 +311,14 @@ impl<'a> Jobs<'a> {
 
     fn leaf_mesh(
         &self,
-        build: &Build,
+        georeference: &GeoReference,
         square: Square,
         reference: &Reference,
         sides: [&BorderCurve; 4],
         tolerance: f64,
     ) -> Result<Option<Finest>> {
         let lattice = self.plan.lattice;
-        let surface = leaf::finest_surface(lattice, &build.grid.georeference, reference, square, sides, tolerance)?;
+        let surface = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
         let surface = surface.in_memory_order();
         let (mesh, _) = surface.mesh();
         if mesh.triangles.is_empty() {
@@ -278,14 +326,18 @@ impl<'a> Jobs<'a> {
         }
         let rounding = lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
-        let mut simplifier = Simplifier::new(surface, kinds, build.shape(), build.quality);
+        let mut simplifier = Simplifier::new(surface, kinds, self.build().shape(), self.plan.quality);
         simplifier.thin(Allowance {
             vertical: tolerance,
             outline: (self.plan.max_error - rounding).max(0.0),
         });
         let outline_strayed = rounding + simplifier.outline_strayed();
         let mesh = simplifier.into_surface().in_memory_order().mesh().0;
-        Ok(Some(Finest { mesh, outline_strayed }))
+        Ok(Some(Finest {
+            mesh,
+            outline_strayed,
+            error: None,
+        }))
     }
 
     /// The tile above its children.
@@ -293,17 +345,34 @@ impl<'a> Jobs<'a> {
     /// # Errors
     /// When samples cannot be read, or the children do not meet.
     pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Node> {
+        let georeference = self.georeference;
         let outside = || format!("tile {} is outside the raster", square.address());
-        let grid = self.window(cells)?.with_context(outside)?;
-        let curvature = row_curvature(&grid);
-        let reference = self.reference_under(square, &grid, &curvature).with_context(outside)?;
-        let curves = self.curves_around(square)?;
+        let [columns, rows] = &cells;
+        let first = [columns.start as i64, rows.start as i64];
+        let bounds = georeference
+            .window(first, columns.len(), rows.len())
+            .geographic_bounds();
+        let plan = PlanOfTile::within(self.plan.lattice, square, georeference, bounds).with_context(outside)?;
+        let middle = (columns.start + columns.end) / 2;
+        let window = CoarseWindow::new(self.raster, self.plan.height(square), cells.clone(), |row| {
+            curvature(georeference, 2 * middle, row)
+        });
+        let reference = window.reference(
+            [plan.low, plan.high],
+            |at| plan.grid(at),
+            |at| plan.plan(at),
+            plan.ground(),
+            self.plan.bound,
+        );
+        let largest = |value: fn(&Child) -> f64| children.iter().map(value).fold(0.0, f64::max);
         let finest = Finest {
             mesh: self.welded(children)?,
-            outline_strayed: children.iter().map(|child| child.outline_strayed).fold(0.0, f64::max),
+            outline_strayed: largest(|child| child.outline_strayed),
+            error: Some(largest(|child| child.coarsest_error)),
         };
+        let curves = self.curves_around(square)?;
         let sides = curves.each_ref().map(|curve| curve.as_ref());
-        self.build(&grid)
+        self.build()
             .node(square, &reference, finest, sides, self.plan.error_at(square.zoom))
     }
 
@@ -341,12 +410,8 @@ impl<'a> Jobs<'a> {
     }
 }
 
-/// Squared metres of a step over twice the Earth's radius, by row.
-fn row_curvature(grid: &HeightGrid) -> Vec<DVec2> {
-    let middle = (grid.columns - 1) as f64 / 2.0;
-    let of_row = |row: usize| {
-        let cell = grid.georeference.cell_metres(DVec2::new(middle, row as f64));
-        cell * cell / (2.0 * EARTH_RADIUS)
-    };
-    (0..grid.rows).map(of_row).collect()
+/// Squared metres of a step over twice the Earth's radius, in the middle of a row.
+fn curvature(georeference: &GeoReference, columns: usize, row: usize) -> DVec2 {
+    let cell = georeference.cell_metres(DVec2::new((columns - 1) as f64 / 2.0, row as f64));
+    cell * cell / (2.0 * MEAN_RADIUS)
 }

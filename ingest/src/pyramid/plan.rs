@@ -4,6 +4,8 @@ use glam::DVec2;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
 
+use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
+
 use super::Options;
 use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, Square};
@@ -18,8 +20,6 @@ const SAMPLES_ACROSS_A_LEAF: f64 = 128.0;
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 16.0;
 /// Height steps in the asked error, at least.
 const STEPS_IN_AN_ERROR: f64 = 64.0;
-/// Metres in a degree of latitude, roughly.
-const METRES_IN_A_DEGREE: f64 = 111_320.0;
 
 /// What holds for all tiles of a build.
 #[derive(Clone, Debug)]

@@ -8,6 +8,8 @@ use std::time::Instant;
 use anyhow::Result;
 use rayon::prelude::*;
 
+use terrain_core::height_field::chunks::Chunks;
+
 use super::finished::TileRecord;
 use super::jobs::{Child, Jobs};
 use crate::lattice::Square;
@@ -86,6 +88,7 @@ impl Scheduler<'_> {
             let family: Result<Vec<Child>> = children.iter().map(|child| child.coarsest(self.store)).collect();
             Some(self.jobs.parent(square, cells, &family?)?)
         };
+        self.jobs.raster.check()?;
         let Some(node) = node else { return Ok(None) };
         TileRecord::keep(self.store, name, node, started.elapsed().as_secs_f64()).map(Some)
     }
@@ -105,13 +108,13 @@ impl Scheduler<'_> {
 
     fn named_level(&self, square: Square) -> u8 {
         let height = self.jobs.plan.height(square).saturating_sub(NAMED_LEVEL_BELOW);
-        height.min(self.jobs.raster.top_level())
+        height.min(self.jobs.raster.top())
     }
 
     /// The samples under a square, if it has any.
     fn cells(&self, square: Square) -> Option<[Range<usize>; 2]> {
         let cells = self.jobs.cells(square)?;
-        let level = self.jobs.plan.height(square).min(self.jobs.raster.top_level());
+        let level = self.jobs.plan.height(square).min(self.jobs.raster.top());
         let has_samples = !self.jobs.raster.chunks_over(level, &cells[0], &cells[1]).is_empty();
         has_samples.then_some(cells)
     }
