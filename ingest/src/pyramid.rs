@@ -29,17 +29,15 @@ use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
 use crate::border::{BorderCurve, BorderSource};
 use crate::certify::Certifier;
 use crate::height_grid::HeightGrid;
-use crate::lattice::{Edge, Lattice, Square};
+use crate::lattice::{Demand, Edge, Lattice, Square};
 use crate::leaf;
 use crate::node::{Build, Finest, MODEL_SHARE, Node, kinds};
 use crate::progress::Progress;
 
-/// Samples across a leaf tile, roughly: enough triangles that its sides do not weigh much.
-const SAMPLES_ACROSS_A_LEAF: f64 = 128.0;
-/// The asked error where none is given, in cells: a slope of about 6 % over one cell.
-const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 16.0;
-/// Height steps in the asked error, at least.
-const STEPS_IN_AN_ERROR: f64 = 64.0;
+/// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
+const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
+/// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
+const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
 /// Share of a zoom's error within which its sides are simplified; the parent's within 0.8 of it.
 const SIDE_SHARE: f64 = 0.4;
 /// Shares of the tolerance to try for a leaf until its certificate is what was asked for.
@@ -77,6 +75,19 @@ pub struct Report {
     pub metadata: Metadata,
     /// Bytes of all tiles.
     pub tile_bytes: usize,
+    /// The leaves that could not be made as good as was asked.
+    pub beyond: Option<Beyond>,
+}
+
+/// Leaves that claim more than the largest error that was asked for.
+#[derive(Clone, Debug, Serialize)]
+pub struct Beyond {
+    /// How many.
+    pub tiles: usize,
+    /// The worst of them, `zoom/x/y`.
+    pub worst: String,
+    /// What it claims, metres.
+    pub error: f64,
 }
 
 impl fmt::Display for Report {
@@ -96,11 +107,17 @@ impl fmt::Display for Report {
                 "{zoom:>4}  {tiles:>5}  {triangles:>9}  {finest_error:.2} … {coarsest_error:.2} m"
             )?;
         }
-        write!(f, "{:.1} MB of tiles", self.tile_bytes as f64 / 1e6)
+        write!(f, "{:.1} MB of tiles", self.tile_bytes as f64 / 1e6)?;
+        if let Some(Beyond { tiles, worst, error }) = &self.beyond {
+            let asked = self.metadata.max_error;
+            let are = if *tiles == 1 { "tile" } else { "tiles" };
+            write!(f, "\n{tiles} {are} could not keep {asked} m; the worst, {worst}, claims {error:.3} m")?;
+        }
+        Ok(())
     }
 }
 
-/// The error that suits a raster's cells: a sixteenth of one, rounded to 1, 2 or 5 times a power of ten.
+/// The error that suits a raster's cells: an eighth of the shorter side of one, rounded to 1, 2 or 5 times a power of ten.
 #[must_use]
 pub fn default_error(grid: &HeightGrid) -> f64 {
     let wanted = centre_cell(grid).min_element() * DEFAULT_ERROR_IN_CELLS;
@@ -129,6 +146,7 @@ pub fn build(grid: &HeightGrid, options: &Options, output: &Path, progress: &Pro
     if nodes.is_empty() {
         bail!("the raster has no cell with four valid samples");
     }
+    let beyond = pyramid.beyond(&nodes);
     let leaf_zoom = pyramid.build.lattice.leaf_zoom;
     for zoom in (0..=leaf_zoom).rev() {
         if zoom < leaf_zoom {
@@ -144,7 +162,11 @@ pub fn build(grid: &HeightGrid, options: &Options, output: &Path, progress: &Pro
         writer.add(*address, bytes)?;
     }
     writer.finish(&metadata)?;
-    Ok(Report { metadata, tile_bytes })
+    Ok(Report {
+        metadata,
+        tile_bytes,
+        beyond,
+    })
 }
 
 #[derive(Default)]
@@ -184,16 +206,19 @@ struct Pyramid<'a> {
 
 impl<'a> Pyramid<'a> {
     fn new(grid: &'a HeightGrid, options: &Options, max_error: f64) -> Self {
-        let degrees = centre_cell(grid).min_element() / METRES_IN_A_DEGREE;
-        let zoom = (180.0 / (degrees * SAMPLES_ACROSS_A_LEAF))
+        let cell = centre_cell(grid).min_element();
+        let degrees = cell / METRES_IN_A_DEGREE;
+        let zoom = (180.0 / (degrees * samples_across_a_leaf(cell, max_error)))
             .log2()
             .round()
             .clamp(0.0, 24.0);
-        let height_exponent = (max_error / STEPS_IN_AN_ERROR).log2().floor().clamp(-20.0, 20.0);
-        let lattice = Lattice {
-            leaf_zoom: zoom as u8,
-            height_exponent: height_exponent as i8,
+        let demand = Demand {
+            cell: degrees,
+            max_error,
+            steepest_step: steepest_step(grid),
+            farthest_height: farthest_height(grid),
         };
+        let lattice = Lattice::new(zoom as u8, demand);
         let middle = (grid.columns - 1) as f64 / 2.0;
         let row_curvature = |row| {
             let cell = grid.georeference.cell_metres(DVec2::new(middle, row as f64));
@@ -211,6 +236,16 @@ impl<'a> Pyramid<'a> {
             bounds: grid.georeference.geographic_bounds(),
             curvature: (0..grid.rows).map(row_curvature).collect(),
         }
+    }
+
+    fn beyond(&self, leaves: &[Node]) -> Option<Beyond> {
+        let beyond = leaves.iter().filter(|leaf| !self.keeps_the_error(leaf.finest_error));
+        let worst = beyond.clone().max_by(|a, b| a.finest_error.total_cmp(&b.finest_error))?;
+        Some(Beyond {
+            tiles: beyond.count(),
+            worst: worst.square.address().to_string(),
+            error: worst.finest_error,
+        })
     }
 
     fn error_at(&self, zoom: u8) -> f64 {
@@ -332,20 +367,26 @@ impl<'a> Pyramid<'a> {
         let Some(reference) = self.reference_under(square) else {
             return Ok(None);
         };
+        let mut best: Option<Node> = None;
         for share in LEAF_SHARES {
             let Some(finest) = self.leaf_mesh(square, &reference, sides, share * self.max_error)? else {
                 return Ok(None);
             };
             let node = self.build.node(square, &reference, finest, sides, self.max_error)?;
-            if node.finest_error <= self.max_error * (1.0 + 1e-6) {
-                return Ok(Some(node));
+            let keeps_the_error = self.keeps_the_error(node.finest_error);
+            if best.as_ref().is_none_or(|best| node.finest_error < best.finest_error) {
+                best = Some(node);
+            }
+            if keeps_the_error {
+                break;
             }
         }
-        bail!(
-            "tile {}: the error of {} m cannot be held; the raster is finer than its lattice",
-            square.address(),
-            self.max_error
-        )
+        Ok(best)
+    }
+
+    /// Whether a leaf's error is what was asked for, but for the rounding of claims.
+    fn keeps_the_error(&self, error: f64) -> bool {
+        error <= self.max_error * (1.0 + 1e-6)
     }
 
     fn leaf_mesh(
@@ -461,6 +502,30 @@ impl<'a> Pyramid<'a> {
             zooms: finished.zooms.clone(),
         }
     }
+}
+
+/// About as many as give a leaf the same number of triangles whatever the error.
+fn samples_across_a_leaf(cell: f64, max_error: f64) -> f64 {
+    let [least, most] = SAMPLES_ACROSS_A_LEAF;
+    (least * (max_error / (cell * DEFAULT_ERROR_IN_CELLS)).sqrt()).clamp(least, most)
+}
+
+/// Greatest difference between two neighbouring samples of a row or a column, metres.
+fn steepest_step(grid: &HeightGrid) -> f64 {
+    let steps = (0..grid.rows).into_par_iter().map(|row| {
+        let samples = &grid.heights[row * grid.columns..][..grid.columns];
+        let below = grid.heights[row * grid.columns..].iter().skip(grid.columns);
+        let across = samples.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let down = samples.iter().zip(below).map(|(sample, below)| (below - sample).abs());
+        f64::from(across.chain(down).fold(0.0, f32::max))
+    });
+    steps.reduce(|| 0.0, f64::max)
+}
+
+/// Greatest height above or depth below 0, metres.
+fn farthest_height(grid: &HeightGrid) -> f64 {
+    let farthest = grid.heights.par_iter().map(|height| height.abs());
+    f64::from(farthest.reduce(|| 0.0, f32::max))
 }
 
 fn centre_cell(grid: &HeightGrid) -> DVec2 {
