@@ -6,6 +6,7 @@ use terrain_tiles::address::Side;
 
 const LATTICE: Lattice = Lattice {
     leaf_zoom: 8,
+    leaf_bits: 15,
     height_exponent: -4,
 };
 const SIZE: usize = 160;

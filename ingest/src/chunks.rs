@@ -82,8 +82,8 @@ pub(crate) struct Band {
 struct BandRecord {
     /// Column and row of each chunk with a height, and the hash of its samples.
     chunks: Vec<(u32, u32, String)>,
-    /// Lowest height.
-    lowest: Option<f32>,
+    /// Lowest and highest sample.
+    heights: Option<[f32; 2]>,
     /// For each file how many samples became void because they cannot be heights.
     wild: Vec<usize>,
 }
@@ -96,10 +96,11 @@ pub(crate) struct Intake<'a> {
     pub(crate) name: Name,
 }
 
-/// The lowest height and the counts of samples that cannot be heights.
+/// What was taken into the store, and what is remarkable of it that cannot be heights.
 pub(crate) struct Taken {
     pub(crate) names: BTreeMap<ChunkId, Name>,
-    pub(crate) lowest: f32,
+    /// Lowest and highest sample, metres; the lowest above the highest where there is none.
+    pub(crate) heights: [f32; 2],
     pub(crate) wild: Vec<usize>,
 }
 
@@ -143,7 +144,7 @@ impl Intake<'_> {
     pub(crate) fn take(&self, bands: &[Band]) -> Result<Taken> {
         let mut taken = Taken {
             names: BTreeMap::new(),
-            lowest: f32::INFINITY,
+            heights: [f32::INFINITY, f32::NEG_INFINITY],
             wild: Vec::new(),
         };
         for band in bands {
@@ -152,7 +153,8 @@ impl Intake<'_> {
                 let name = u128::from_str_radix(name, 16).context("a record of chunks is damaged")?;
                 taken.names.insert(ChunkId { level: 0, x: *x, y: *y }, Name(name));
             }
-            taken.lowest = taken.lowest.min(record.lowest.unwrap_or(f32::INFINITY));
+            let [lowest, highest] = record.heights.unwrap_or(taken.heights);
+            taken.heights = [taken.heights[0].min(lowest), taken.heights[1].max(highest)];
             taken.wild.resize(record.wild.len(), 0);
             taken
                 .wild
@@ -215,15 +217,16 @@ impl Intake<'_> {
             Ok(Some((x as u32, y as u32, name.to_string())))
         };
         let chunks: Result<Vec<_>> = ids.into_par_iter().map(put).filter_map(Result::transpose).collect();
-        let lowest = rectangle
+        let heights = rectangle
             .heights
             .iter()
             .copied()
             .filter(|height| !height.is_nan())
-            .reduce(f32::min);
+            .map(|height| [height, height])
+            .reduce(|[lowest, highest], [height, _]| [lowest.min(height), highest.max(height)]);
         Ok(BandRecord {
             chunks: chunks?,
-            lowest,
+            heights,
             wild: rectangle.wild,
         })
     }
@@ -352,11 +355,31 @@ impl ChunkedRaster {
         let parts = [a?, b?, c?, d?];
         let made = Chunk::over([0, 1, 2, 3].map(|part| parts[part].as_deref()));
         let made = made.context("a chunk without parts has a name")?;
-        let mut bytes = (made.guessed.len() as u32).to_le_bytes().to_vec();
+        let mut bytes = made.steepest.to_le_bytes().to_vec();
+        bytes.extend((made.guessed.len() as u32).to_le_bytes());
         bytes.extend(made.guessed.iter().flat_map(|index| index.to_le_bytes()));
         bytes.extend(to_bytes(&made.corners));
         bytes.extend(made.residuals.iter().flatten().flat_map(|value| value.to_le_bytes()));
         self.store.put(&key, bytes)
+    }
+
+    /// Largest difference between neighbouring samples of a row or a column, metres.
+    ///
+    /// # Errors
+    /// When the store cannot be read.
+    pub(crate) fn steepest(&self) -> Result<f32> {
+        let top = self.names.range(
+            ChunkId {
+                level: self.top_level,
+                x: 0,
+                y: 0,
+            }..,
+        );
+        let mut steepest: f32 = 0.0;
+        for (&id, _) in top {
+            steepest = steepest.max(self.chunk_at(id)?.map_or(0.0, |chunk| chunk.steepest));
+        }
+        Ok(steepest)
     }
 
     /// Columns and rows before the first sample: the raster's own are counted from there.
@@ -402,7 +425,8 @@ impl ChunkedRaster {
         let key = relief_key(id, name);
         let bytes = self.store.expect(&key)?;
         let damaged = || format!("{key} is damaged");
-        let (length, rest) = bytes.split_first_chunk().with_context(damaged)?;
+        let (steepest, rest) = bytes.split_first_chunk().with_context(damaged)?;
+        let (length, rest) = rest.split_first_chunk().with_context(damaged)?;
         let guessed = u32::from_le_bytes(*length) as usize;
         let count = CORNERS * CORNERS;
         ensure!(
@@ -412,6 +436,7 @@ impl ChunkedRaster {
         let (guessed, values) = rest.split_at(4 * guessed);
         let values = from_bytes(values);
         Ok(Chunk {
+            steepest: f32::from_le_bytes(*steepest),
             guessed: guessed
                 .chunks_exact(4)
                 .map(|four| u32::from_le_bytes([four[0], four[1], four[2], four[3]]))

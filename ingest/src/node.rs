@@ -40,8 +40,6 @@ const LEAST_ALTITUDE: f64 = 2.0;
 /// What all tiles of a build share.
 pub(crate) struct Build<'a> {
     pub(crate) georeference: &'a GeoReference,
-    /// Samples from north to south.
-    pub(crate) rows: usize,
     pub(crate) lattice: Lattice,
     pub(crate) quality: Quality,
     pub(crate) certifier: &'a Certifier<'a>,
@@ -115,7 +113,7 @@ impl Build<'_> {
             address: square.address(),
             extent_bits: self.lattice.extent_bits(square.zoom),
             height_exponent: self.lattice.height_exponent,
-            sampling: self.lattice.sampling(self.georeference, self.rows, square),
+            sampling: self.lattice.sampling(self.georeference, square),
             partition,
             outline_errors,
         };

@@ -29,7 +29,7 @@ use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
 
 use self::finished::TileRecord;
 use self::jobs::Jobs;
-use self::plan::Plan;
+use self::plan::{Plan, Relief};
 use self::scheduler::Scheduler;
 use crate::chunks::{ChunkedRaster, Intake};
 use crate::progress::Progress;
@@ -72,8 +72,21 @@ pub struct Report {
     pub metadata: Metadata,
     /// Bytes of all tiles.
     pub tile_bytes: usize,
+    /// The leaves that could not be made as good as was asked.
+    pub beyond: Option<Beyond>,
     /// The tiles that took longest, and for how many seconds.
     pub slowest: Vec<(String, f64)>,
+}
+
+/// Leaves that claim more than the largest error that was asked for.
+#[derive(Clone, Debug, Serialize)]
+pub struct Beyond {
+    /// How many.
+    pub tiles: usize,
+    /// The worst of them, `zoom/x/y`.
+    pub worst: String,
+    /// What it claims, metres.
+    pub error: f64,
 }
 
 impl fmt::Display for Report {
@@ -99,7 +112,16 @@ impl fmt::Display for Report {
             .map(|(tile, seconds)| format!("{tile} ({seconds:.1} s)"))
             .collect();
         writeln!(f, "slowest tiles: {}", slowest.join(", "))?;
-        write!(f, "{:.1} MB of tiles", self.tile_bytes as f64 / 1e6)
+        write!(f, "{:.1} MB of tiles", self.tile_bytes as f64 / 1e6)?;
+        if let Some(Beyond { tiles, worst, error }) = &self.beyond {
+            let asked = self.metadata.max_error;
+            let are = if *tiles == 1 { "tile" } else { "tiles" };
+            write!(
+                f,
+                "\n{tiles} {are} could not keep {asked} m; the worst, {worst}, claims {error:.3} m"
+            )?;
+        }
+        Ok(())
     }
 }
 
@@ -135,8 +157,8 @@ pub fn build(
     {
         return Err(anyhow::anyhow!("the largest error must be more than 0 m").into());
     }
-    let chunked = take(raster, options, store, progress)?;
-    let plan = Plan::new(raster.georeference(), raster.size(), options);
+    let (chunked, relief) = take(raster, options, store, progress)?;
+    let plan = Plan::new(raster.georeference(), raster.size(), relief, options);
     let [columns, rows] = Samples::size(&chunked);
     let before = chunked.before().map(|before| -(before as i64));
     let georeference = raster.georeference().window(before, columns, rows);
@@ -164,6 +186,7 @@ pub fn build(
     Ok(Report {
         metadata,
         tile_bytes,
+        beyond: beyond(&jobs.plan, &records),
         slowest: slowest(records),
     })
 }
@@ -174,7 +197,7 @@ fn take(
     options: &Options,
     store: &Store,
     progress: &Progress,
-) -> Result<ChunkedRaster, BuildError> {
+) -> Result<(ChunkedRaster, Relief), BuildError> {
     let intake = Intake {
         raster,
         store,
@@ -184,10 +207,27 @@ fn take(
     progress.stage("reading samples", (columns * rows) as u64);
     let taken = intake.take(&intake.bands())?;
     progress.done();
-    raster.remark(taken.lowest, &taken.wild)?;
+    let [lowest, highest] = taken.heights;
+    raster.remark(lowest, &taken.wild)?;
     let chunked = ChunkedRaster::new(&intake, &taken.names, options.memory / 4);
     chunked.make_relief(progress)?;
-    Ok(chunked)
+    let relief = Relief {
+        steepest_step: chunked.steepest()?.into(),
+        farthest_height: lowest.abs().max(highest.abs()).into(),
+    };
+    Ok((chunked, relief))
+}
+
+fn beyond(plan: &Plan, records: &[TileRecord]) -> Option<Beyond> {
+    let leaves = records.iter().filter(|record| plan.height(record.square) == 0);
+    let beyond = leaves.filter(|leaf| !plan.keeps_the_error(leaf.claims.finest_error));
+    let error = |record: &&TileRecord| record.claims.finest_error;
+    let worst = beyond.clone().max_by(|a, b| error(a).total_cmp(&error(b)))?;
+    Some(Beyond {
+        tiles: beyond.count(),
+        worst: worst.square.address().to_string(),
+        error: error(&worst),
+    })
 }
 
 fn slowest(mut records: Vec<TileRecord>) -> Vec<(String, f64)> {

@@ -26,6 +26,8 @@ pub struct Chunk {
     /// Least and greatest height of the surface above the block's patch, metres; the least above the greatest where the block
     /// has no surface. Empty at level 0.
     pub residuals: Vec<[f32; 2]>,
+    /// Largest difference between neighbouring samples of a row or a column, metres.
+    pub steepest: f32,
 }
 
 /// What is in a block without a surface.
@@ -37,7 +39,18 @@ impl Chunk {
     pub fn of_samples(samples: Vec<f32>) -> Option<Self> {
         assert_eq!(samples.len(), CORNERS * CORNERS, "a chunk has so many samples");
         let has_height = samples.iter().any(|sample| !sample.is_nan());
+        let rows = samples.chunks_exact(CORNERS);
+        let across = rows
+            .flat_map(|row| row.windows(2))
+            .map(|pair| (pair[1] - pair[0]).abs());
+        let down = samples
+            .iter()
+            .zip(&samples[CORNERS..])
+            .map(|(above, below)| (below - above).abs());
+        // The difference from a void is NaN, and `max` takes the other one.
+        let steepest = across.chain(down).fold(0.0, f32::max);
         has_height.then_some(Self {
+            steepest,
             corners: samples,
             guessed: Vec::new(),
             residuals: Vec::new(),
@@ -53,6 +66,7 @@ impl Chunk {
             let below = |index: usize| [2 * (index % CORNERS), 2 * (index / CORNERS)];
             let indices = 0..CORNERS * CORNERS;
             let mut chunk = Self {
+                steepest: parts.iter().flatten().map(|part| part.steepest).fold(0.0, f32::max),
                 corners: indices
                     .clone()
                     .map(|index| finer.corner_or_mean(below(index)))

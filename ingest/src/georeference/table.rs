@@ -11,8 +11,10 @@ use crate::store::Name;
 
 /// Largest difference from the tabulated map, in cells of the raster.
 const TOLERANCE: f64 = 1e-5;
-/// Cells between nodes at first.
+/// Cells between nodes at first, at least.
 const FIRST_SPACING: usize = 16;
+/// Nodes along the longer side of a raster at first, at most.
+const FIRST_NODES: usize = 256;
 /// Where halving the spacing ends, whatever the error: 64 MiB.
 const MOST_NODES: usize = 1 << 22;
 /// Nodes beyond the raster on each side.
@@ -42,7 +44,7 @@ impl Table {
         rows: usize,
         map: impl Fn(DVec2) -> Result<DVec2, GeoReferenceError>,
     ) -> Result<Self, GeoReferenceError> {
-        let mut spacing = FIRST_SPACING;
+        let mut spacing = (columns.max(rows) / FIRST_NODES).next_power_of_two().max(FIRST_SPACING);
         loop {
             let table = Self::with_spacing(spacing, columns, rows, &map)?;
             if table.matches(&map)? {

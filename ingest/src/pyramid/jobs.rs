@@ -248,7 +248,6 @@ impl<'a> Jobs<'a> {
     fn build(&self) -> Build<'_> {
         Build {
             georeference: self.georeference,
-            rows: self.raster.size()[1],
             lattice: self.plan.lattice,
             quality: self.plan.quality,
             certifier: &self.certifier,
@@ -294,19 +293,21 @@ impl<'a> Jobs<'a> {
         sides: [&BorderCurve; 4],
     ) -> Result<Option<Node>> {
         let max_error = self.plan.max_error;
+        let mut best: Option<Node> = None;
         for share in LEAF_SHARES {
             let Some(finest) = self.leaf_mesh(georeference, square, reference, sides, share * max_error)? else {
                 return Ok(None);
             };
             let node = self.build().node(square, reference, finest, sides, max_error)?;
-            if node.finest_error <= max_error * (1.0 + 1e-6) {
-                return Ok(Some(node));
+            let keeps_the_error = self.plan.keeps_the_error(node.finest_error);
+            if best.as_ref().is_none_or(|best| node.finest_error < best.finest_error) {
+                best = Some(node);
+            }
+            if keeps_the_error {
+                break;
             }
         }
-        bail!(
-            "tile {}: the error of {max_error} m cannot be held; the raster is finer than its lattice",
-            square.address(),
-        )
+        Ok(best)
     }
 
     fn leaf_mesh(
