@@ -19,6 +19,9 @@ use crate::cli::{
 };
 use crate::work::Work;
 
+/// Bytes that verification may take for samples beside the raster itself.
+const VERIFY_MEMORY: u64 = 256 << 20;
+
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => build(cli.build),
@@ -96,11 +99,11 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
             error,
             bound: bound_name(arguments.bound).to_owned(),
         });
-        let report = verify::mesh(subject, &grid, claim).map_err(Failure::Input)?;
+        let report = verify::mesh(subject, (&grid).into(), claim, VERIFY_MEMORY).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     } else {
-        let report = verify::archive(subject, &grid, &progress).map_err(Failure::Input)?;
+        let report = verify::archive(subject, (&grid).into(), VERIFY_MEMORY, &progress).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     };

@@ -53,7 +53,7 @@ impl Built {
     }
 
     fn verified(&self, name: &str) -> ArchiveReport {
-        verify::archive(&self.path(name), &self.grid, &Progress::silent()).unwrap()
+        verify::archive(&self.path(name), (&self.grid).into(), 64 << 20, &Progress::silent()).unwrap()
     }
 }
 
@@ -192,7 +192,7 @@ fn one_mesh_keeps_its_error_at_the_samples_where_that_is_what_was_asked() {
         quality: Quality::Default,
     };
     let report = tin::run(&SAMPLE.grid, &options, &output, &Progress::silent()).unwrap();
-    let measured = verify::mesh(&output, &SAMPLE.grid, None).unwrap();
+    let measured = verify::mesh(&output, (&SAMPLE.grid).into(), None, 64 << 20).unwrap();
     assert!(measured.holds(), "{measured}");
     assert!(
         measured.measured_at_samples <= 20.0 && measured.measured_between_samples > 20.0,

@@ -32,7 +32,7 @@ fn triangulated(grid: &HeightGrid, max_error: f64, bound: Bound, quality: Qualit
         quality,
     };
     let report = tin::run(grid, &options, &output, &Progress::silent()).unwrap();
-    let measured = verify::mesh(&output, grid, None).unwrap();
+    let measured = verify::mesh(&output, grid.into(), None, 64 << 20).unwrap();
     assert!(measured.holds(), "{bound:?} {quality:?}: {measured}");
     assert!(
         report.certified_error <= max_error,
