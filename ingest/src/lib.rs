@@ -13,6 +13,7 @@ mod node;
 pub mod progress;
 pub mod pyramid;
 pub mod raster;
+mod raster_outline;
 pub mod samples;
 pub mod tin;
 pub mod verify;

@@ -18,10 +18,10 @@ use anyhow::{Context, Result, bail};
 use glam::DVec2;
 use rayon::prelude::*;
 use serde::Serialize;
-use terrain_core::Mesh;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::{Bound, Reference};
 use terrain_core::height_field::simplify::{Allowance, Quality, Simplifier};
+use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Writer;
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
@@ -111,7 +111,10 @@ impl fmt::Display for Report {
         if let Some(Beyond { tiles, worst, error }) = &self.beyond {
             let asked = self.metadata.max_error;
             let are = if *tiles == 1 { "tile" } else { "tiles" };
-            write!(f, "\n{tiles} {are} could not keep {asked} m; the worst, {worst}, claims {error:.3} m")?;
+            write!(
+                f,
+                "\n{tiles} {are} could not keep {asked} m; the worst, {worst}, claims {error:.3} m"
+            )?;
         }
         Ok(())
     }
@@ -240,7 +243,9 @@ impl<'a> Pyramid<'a> {
 
     fn beyond(&self, leaves: &[Node]) -> Option<Beyond> {
         let beyond = leaves.iter().filter(|leaf| !self.keeps_the_error(leaf.finest_error));
-        let worst = beyond.clone().max_by(|a, b| a.finest_error.total_cmp(&b.finest_error))?;
+        let worst = beyond
+            .clone()
+            .max_by(|a, b| a.finest_error.total_cmp(&b.finest_error))?;
         Some(Beyond {
             tiles: beyond.count(),
             worst: worst.square.address().to_string(),
@@ -397,13 +402,13 @@ impl<'a> Pyramid<'a> {
         tolerance: f64,
     ) -> Result<Option<Finest>> {
         let Build { grid, lattice, .. } = self.build;
-        let surface = leaf::finest_surface(lattice, &grid.georeference, reference, square, sides, tolerance)?;
+        let (surface, moved) = leaf::finest_surface(lattice, &grid.georeference, reference, square, sides, tolerance)?;
         let surface = surface.in_memory_order();
         let (mesh, _) = surface.mesh();
         if mesh.triangles.is_empty() {
             return Ok(None);
         }
-        let rounding = lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
+        let rounding = (1.0 + moved) * lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
         let mut simplifier = Simplifier::new(surface, kinds, self.build.shape(), self.build.quality);
         simplifier.thin(Allowance {
@@ -474,6 +479,7 @@ impl<'a> Pyramid<'a> {
             mesh.triangles
                 .extend(triangles.map(|corners| corners.map(|corner| number[corner as usize])));
         }
+        mesh::separate_fans(&mut mesh, |_| false);
         Ok(mesh)
     }
 

@@ -54,11 +54,8 @@ impl<'a> Outline<'a> {
         let pieces = RTree::bulk_load(self.edges.iter().flat_map(|&edge| self.pieces(edge)).collect());
         for (column, row) in left_over {
             let post = DVec2::new(column as f64, row as f64);
-            let latitude = self.reference().grid.georeference.geographic(post).y;
-            if !left_to_neighbours
-                .iter()
-                .any(|&(side, bulge)| (latitude - side).abs() <= bulge)
-            {
+            let place = self.reference().grid.georeference.geographic(post);
+            if !left_to_neighbours.iter().any(|strip| strip.holds(place)) {
                 worst.meet(distance(&pieces, self.reference().on_ellipsoid(post)), post);
             }
         }
@@ -127,25 +124,52 @@ impl<'a> Outline<'a> {
         lines.into_iter()
     }
 
-    /// Latitude of each side along a parallel that has a neighbour, and by how many degrees the straight edges on it
-    /// leave it.
-    fn bulges(&self, neighbours: [bool; 4]) -> Vec<(f64, f64)> {
+    /// What each side with a neighbour may leave to it: what straight edges along a parallel bulge, and the few lattice units
+    /// by which an outline may be moved onto a side.
+    fn bulges(&self, neighbours: [bool; 4]) -> Vec<Strip> {
+        const MOVED: f64 = 5.0;
         let address = self.tile.address;
-        [
-            (Side::South, address.south()),
-            (Side::North, address.south() + address.degrees()),
-        ]
-        .into_iter()
-        .filter(|&(side, _)| neighbours[side as usize])
-        .map(|(side, latitude)| {
+        let moved = MOVED * address.degrees() / (1_u64 << self.tile.extent_bits) as f64;
+        let (west, south) = (address.west(), address.south());
+        let strip = |side: Side| {
+            let (is_meridian, degrees) = match side {
+                Side::West => (true, west),
+                Side::South => (false, south),
+                Side::East => (true, west + address.degrees()),
+                Side::North => (false, south + address.degrees()),
+            };
             let on_it = self.edges.iter().filter(|&&edge| self.side(edge) == Some(side));
-            let bulge = on_it.map(|edge| {
+            let bulge = on_it.filter(|_| !is_meridian).map(|edge| {
                 let [a, b] = edge.map(|end| self.surface.positions[end as usize]);
-                (to_geodetic((a + b) / 2.0).latitude - latitude).abs()
+                (to_geodetic((a + b) / 2.0).latitude - degrees).abs()
             });
-            (latitude, bulge.fold(1e-9, f64::max))
-        })
-        .collect()
+            Strip {
+                is_meridian,
+                degrees,
+                width: bulge.fold(moved, f64::max),
+            }
+        };
+        let with_neighbour = Side::ALL.into_iter().filter(|&side| neighbours[side as usize]);
+        with_neighbour.map(strip).collect()
+    }
+}
+
+/// Places so close to a meridian or a parallel.
+struct Strip {
+    is_meridian: bool,
+    degrees: f64,
+    width: f64,
+}
+
+impl Strip {
+    fn holds(&self, place: DVec2) -> bool {
+        let off = if self.is_meridian {
+            let off = place.x - self.degrees;
+            off - (off / 360.0).round() * 360.0
+        } else {
+            place.y - self.degrees
+        };
+        off.abs() <= self.width
     }
 }
 

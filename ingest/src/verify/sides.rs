@@ -91,7 +91,8 @@ pub(super) fn is_one_sided(
     side: Side,
     edge: NodeEdge,
 ) -> bool {
-    const BESIDE: f64 = 1e-9;
+    // Lattice units by which an outline may be moved onto a side, and one more.
+    const BESIDE: f64 = 5.0;
     let extent = 1_u64 << extent_bits;
     let unit = address.degrees() / extent as f64;
     let circle = (2_u64 << address.zoom) * extent;
@@ -111,7 +112,7 @@ pub(super) fn is_one_sided(
         let grid = reference.grid.georeference.grid(place);
         reference.cell(grid.x.floor() as i64, grid.y.floor() as i64).is_some()
     };
-    covers(place - outwards * BESIDE) && !covers(place + outwards * BESIDE)
+    covers(place - outwards * BESIDE * unit) && !covers(place + outwards * BESIDE * unit)
 }
 
 /// What one tile shows on its sides must fit together and be its parent's.
