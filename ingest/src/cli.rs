@@ -69,7 +69,8 @@ pub(crate) struct BuildArgs {
     /// Archive to write; the first DEM's name with .pmtiles, in the current folder, if not given.
     #[arg(short, long, value_name = "OUT.pmtiles")]
     pub(crate) output: Option<PathBuf>,
-    /// Largest error of the finest tiles, in metres; derived from the raster if not given, doubled a zoom upwards.
+    /// Largest error of the finest tiles, in metres, doubled a zoom upwards. If not given, an eighth of the shorter side of a
+    /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
     /// Where the error is bounded.

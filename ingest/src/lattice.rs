@@ -199,3 +199,7 @@ impl Lattice {
         position + offset.extend(0.0)
     }
 }
+
+#[cfg(test)]
+#[path = "lattice_tests.rs"]
+mod tests;

@@ -15,6 +15,7 @@ mod node;
 pub mod progress;
 pub mod pyramid;
 pub mod raster;
+mod raster_outline;
 pub mod samples;
 pub mod store;
 pub mod tin;

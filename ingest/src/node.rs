@@ -13,6 +13,7 @@ use std::collections::{HashMap, HashSet};
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
 use terrain_core::height_field::reference::Reference;
+use terrain_core::height_field::refine::Frame;
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
@@ -148,18 +149,16 @@ impl Build<'_> {
         sides: [&BorderCurve; 4],
         tolerance: f64,
     ) -> Result<()> {
-        let key = |p: DVec2| [p.x as i64, p.y as i64];
-        let numbers: HashMap<[i64; 2], u32> = (0_u32..)
-            .zip(&mesh.positions)
-            .map(|(number, position)| (key(position.truncate()), number))
-            .collect();
+        let numbers = SideVertices::new(mesh, leaf::frame(self.lattice, square));
         let extent = self.lattice.extent(square.zoom) as f64;
         for (side, curve) in Side::ALL.into_iter().zip(sides).rev() {
             let start = leaf::side_start(self.lattice, square, side);
             for run in leaf::own_runs(curve, side) {
+                let [first, _] = run.ends();
                 let vertex = |(along, _, is_coarse): (i64, f64, bool)| {
                     let at = leaf::on_side(side, (along - start) as f64, extent);
-                    numbers.get(&key(at)).map(|&number| (number, is_coarse))
+                    let number = numbers.at(side, at, along == first);
+                    number.map(|number| (number, is_coarse))
                 };
                 let vertices: Option<Vec<(u32, bool)>> = run.vertices().map(vertex).collect();
                 let vertices = vertices
@@ -232,6 +231,39 @@ impl Build<'_> {
         });
         bulges.fold(0.0, f64::max)
     }
+}
+
+/// The vertices on a tile's sides. Where the outline touches itself there are several at one place, so that they are known
+/// by the edge along the side that they end.
+struct SideVertices {
+    /// For whether it is the edge's first one, seen along the side, and whether the side is a meridian: by place.
+    numbers: HashMap<(bool, bool, [i64; 2]), u32>,
+}
+
+impl SideVertices {
+    fn new(mesh: &Mesh, frame: Frame) -> Self {
+        let mut numbers = HashMap::new();
+        for (a, b) in boundary_edges(&mesh.triangles) {
+            let [from, to] = [a, b].map(|vertex| mesh.positions[vertex as usize].truncate());
+            if !frame.along_side(from, to) {
+                continue;
+            }
+            let is_meridian = from.x == to.x;
+            let is_forwards = (to - from).element_sum() > 0.0;
+            numbers.insert((is_forwards, is_meridian, key(from)), a);
+            numbers.insert((!is_forwards, is_meridian, key(to)), b);
+        }
+        Self { numbers }
+    }
+
+    fn at(&self, side: Side, at: DVec2, is_first: bool) -> Option<u32> {
+        let is_meridian = matches!(side, Side::West | Side::East);
+        self.numbers.get(&(is_first, is_meridian, key(at))).copied()
+    }
+}
+
+fn key(at: DVec2) -> [i64; 2] {
+    [at.x as i64, at.y as i64]
 }
 
 /// Collapses the vertices that are not coarse into their neighbours along the side: first those that keep within the

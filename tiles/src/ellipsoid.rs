@@ -11,7 +11,7 @@ pub const SEMI_MINOR: f64 = SEMI_MAJOR * (1.0 - FLATTENING);
 /// First eccentricity, squared.
 pub const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
 /// Mean of the three semi-axes in metres, the Earth as a ball; to a kilometre.
-pub const MEAN_RADIUS: f64 = 6_371_000.0;
+pub const MEAN_RADIUS: f64 = terrain_core::height_field::reference::EARTH_RADIUS;
 /// Smallest radius of curvature in metres, that of a meridian at the equator; rounded down to a kilometre.
 pub const LEAST_CURVATURE_RADIUS: f64 = 6_335_000.0;
 /// Metres in a degree of the equator; to ten metres.

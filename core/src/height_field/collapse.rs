@@ -249,7 +249,7 @@ impl Simplifier<'_> {
     /// How far the outline would stray, metres.
     fn strays(&self, edge: Edge) -> f64 {
         if self.kinds[edge.blue as usize] == VertexKind::Outline {
-            self.outline.strays(edge.blue, edge.red)
+            self.outline.strays(self.surface.reference, edge.blue, edge.red)
         } else {
             0.0
         }

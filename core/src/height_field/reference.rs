@@ -20,6 +20,11 @@ use crate::height_field::scan;
 /// Cells within which a point is on a grid line: rounding must not hide the samples along an edge.
 pub(crate) const ON_A_LINE: f64 = 1e-7;
 
+/// Mean radius of the Earth, metres: what curvatures are of.
+pub const EARTH_RADIUS: f64 = 6_371_000.0;
+/// How much longer a step may be elsewhere in its row.
+const ALONG_A_ROW: f64 = 1.01;
+
 /// Where the promised bound holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bound {
@@ -186,6 +191,16 @@ impl Reference<'_> {
     /// `kx` and `ky` at a row.
     pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
         self.curvature[(row.max(0.0) as usize).min(self.heights.rows - 1)]
+    }
+
+    /// Ground metres of a column and of a row step at a row, not less than anywhere along it.
+    pub(crate) fn ground_at(&self, row: f64) -> DVec2 {
+        let curvature = self.curvature_at(row).max(self.curvature_at(row + 1.0));
+        if curvature == DVec2::ZERO {
+            return self.ground;
+        }
+        let squared = curvature * (2.0 * EARTH_RADIUS);
+        ALONG_A_ROW * DVec2::new(squared.x.sqrt(), squared.y.sqrt())
     }
 
     /// Largest difference between the triangle and the samples that it covers.

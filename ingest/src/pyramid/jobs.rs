@@ -13,11 +13,11 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use glam::DVec2;
 use moka::sync::Cache;
-use terrain_core::Mesh;
 use terrain_core::height_field::heights::Heights;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::simplify::{Allowance, Simplifier};
+use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 
@@ -319,13 +319,13 @@ impl<'a> Jobs<'a> {
         tolerance: f64,
     ) -> Result<Option<Finest>> {
         let lattice = self.plan.lattice;
-        let surface = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
+        let (surface, moved) = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
         let surface = surface.in_memory_order();
         let (mesh, _) = surface.mesh();
         if mesh.triangles.is_empty() {
             return Ok(None);
         }
-        let rounding = lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
+        let rounding = (1.0 + moved) * lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
         let mut simplifier = Simplifier::new(surface, kinds, self.build().shape(), self.plan.quality);
         simplifier.thin(Allowance {
@@ -407,6 +407,7 @@ impl<'a> Jobs<'a> {
             mesh.triangles
                 .extend(triangles.map(|corners| corners.map(|corner| number[corner as usize])));
         }
+        mesh::separate_fans(&mut mesh, |_| false);
         Ok(mesh)
     }
 }

@@ -24,9 +24,8 @@ pub(super) struct Outline {
     edges: Vec<[u32; 2]>,
     /// Grid positions that have to be near the source's outline; if `true`, only where the source has nothing.
     places: Vec<(DVec2, bool)>,
-    /// Latitude of each side along a parallel that has a neighbour, and by how many degrees the straight edges on it
-    /// leave it.
-    bulges: Vec<(f64, f64)>,
+    /// What is left to the tiles across its sides.
+    strips: Vec<Strip>,
     /// The edges as seen on the ellipsoid, once somebody asks.
     pieces: OnceLock<RTree<Line<[f64; 3]>>>,
 }
@@ -48,7 +47,7 @@ impl Outline {
                     .chain(vertices.map(|v| (surface.feet[v as usize].grid, false))),
             );
         }
-        let bulges = bulges(tile.address, neighbours, |wanted| {
+        let strips = strips(tile, neighbours, |wanted| {
             let on_it = edges.iter().filter(move |edge| side(edge) == Some(wanted));
             let middle = |edge: &[u32; 2]| {
                 let [a, b] = edge.map(|end| surface.positions[end as usize]);
@@ -59,7 +58,7 @@ impl Outline {
         Self {
             edges,
             places,
-            bulges,
+            strips,
             pieces: OnceLock::new(),
         }
     }
@@ -70,9 +69,8 @@ impl Outline {
         let mut worst = Worst::default();
         for &(column, row) in left_out {
             let post = DVec2::new(column as f64, row as f64);
-            let latitude = earth.source.georeference.geographic(post).y;
-            let is_theirs = |&(side, bulge): &(f64, f64)| (latitude - side).abs() <= bulge;
-            if !self.bulges.iter().any(is_theirs) {
+            let place = earth.source.georeference.geographic(post);
+            if !self.strips.iter().any(|strip| strip.holds(place)) {
                 let pieces = self.pieces.get_or_init(|| self.on_ellipsoid(earth, surface));
                 worst.meet(distance(pieces, earth.source.on_ellipsoid(post)), post);
             }
@@ -139,19 +137,49 @@ fn pieces(earth: &Earth, surface: &Surface, edge: [u32; 2]) -> Vec<Line<[f64; 3]
         .collect()
 }
 
-/// `latitudes` gives those of the middles of the edges on a side.
-fn bulges(address: TileAddress, neighbours: [bool; 4], latitudes: impl Fn(Side) -> Vec<f64>) -> Vec<(f64, f64)> {
-    let parallels = [
-        (Side::South, address.south()),
-        (Side::North, address.south() + address.degrees()),
-    ];
-    let shared = parallels.into_iter().filter(|&(side, _)| neighbours[side as usize]);
-    shared
-        .map(|(side, latitude)| {
-            let bulges = latitudes(side).into_iter().map(|middle| (middle - latitude).abs());
-            (latitude, bulges.fold(1e-9, f64::max))
-        })
-        .collect()
+/// What each side with a neighbour may leave to it: what straight edges along a parallel bulge, and the few lattice units by
+/// which an outline may be moved onto a side. `latitudes` gives those of the middles of the edges on a side.
+fn strips(tile: &Tile, neighbours: [bool; 4], latitudes: impl Fn(Side) -> Vec<f64>) -> Vec<Strip> {
+    const MOVED: f64 = 5.0;
+    let address = tile.address;
+    let moved = MOVED * address.degrees() / (1_u64 << tile.extent_bits) as f64;
+    let (west, south) = (address.west(), address.south());
+    let strip = |side: Side| {
+        let (is_meridian, degrees) = match side {
+            Side::West => (true, west),
+            Side::South => (false, south),
+            Side::East => (true, west + address.degrees()),
+            Side::North => (false, south + address.degrees()),
+        };
+        let middles = if is_meridian { Vec::new() } else { latitudes(side) };
+        let bulges = middles.into_iter().map(|middle| (middle - degrees).abs());
+        Strip {
+            is_meridian,
+            degrees,
+            width: bulges.fold(moved, f64::max),
+        }
+    };
+    let with_neighbour = Side::ALL.into_iter().filter(|&side| neighbours[side as usize]);
+    with_neighbour.map(strip).collect()
+}
+
+/// Places so close to a meridian or a parallel.
+struct Strip {
+    is_meridian: bool,
+    degrees: f64,
+    width: f64,
+}
+
+impl Strip {
+    fn holds(&self, place: DVec2) -> bool {
+        let off = if self.is_meridian {
+            let off = place.x - self.degrees;
+            off - (off / 360.0).round() * 360.0
+        } else {
+            place.y - self.degrees
+        };
+        off.abs() <= self.width
+    }
 }
 
 /// Which sides of a tile have a neighbour of the same zoom among the tiles for which `exists` holds.

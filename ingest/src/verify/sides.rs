@@ -104,7 +104,8 @@ pub(super) fn is_one_sided(
     side: Side,
     edge: NodeEdge,
 ) -> Result<bool> {
-    const BESIDE: f64 = 1e-9;
+    // Lattice units by which an outline may be moved onto a side, and one more.
+    const BESIDE: f64 = 5.0;
     let extent = 1_u64 << extent_bits;
     let unit = address.degrees() / extent as f64;
     let circle = (2_u64 << address.zoom) * extent;
@@ -121,7 +122,7 @@ pub(super) fn is_one_sided(
     };
     let place = DVec2::new(address.west() + turn(source, address), address.south()) + middle;
     let covers = |place: DVec2| source.has_cell(source.georeference.grid(place));
-    Ok(covers(place - outwards * BESIDE)? && !covers(place + outwards * BESIDE)?)
+    Ok(covers(place - outwards * BESIDE * unit)? && !covers(place + outwards * BESIDE * unit)?)
 }
 
 /// Compares two tiles of one zoom on their common side, the `side` of the first.
