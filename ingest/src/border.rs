@@ -83,18 +83,18 @@ impl BorderCurve {
         for run in &mut runs {
             source.keep_ends_clear(edge, run, [start, start + length]);
             run.fine = (0..run.points.len()).collect();
-            run.fine = source.simplified(edge, run, tolerance);
-            run.coarse = source.simplified(edge, run, 2.0 * tolerance);
+            run.fine = simplified(source.lattice, edge, run, tolerance);
+            run.coarse = simplified(source.lattice, edge, run, 2.0 * tolerance);
         }
         Self { runs }
     }
 
     /// The curve of a side that is no leaf's, from its halves'; `tolerance` as in [`BorderCurve::of_leaf`].
-    pub(crate) fn of_halves(source: &BorderSource, edge: Edge, halves: [Option<&Self>; 2], tolerance: f64) -> Self {
+    pub(crate) fn of_halves(lattice: Lattice, edge: Edge, halves: [&Self; 2], tolerance: f64) -> Self {
         let mut runs: Vec<Run> = Vec::new();
-        let length = source.lattice.extent(edge.zoom);
+        let length = lattice.extent(edge.zoom);
         let joint = edge.along * length + length / 2;
-        for run in halves.into_iter().flatten().flat_map(|half| &half.runs) {
+        for run in halves.into_iter().flat_map(|half| &half.runs) {
             match runs.last_mut() {
                 Some(last)
                     if last.has_surface == run.has_surface && last.ends()[1] == joint && run.ends()[0] == joint =>
@@ -111,7 +111,7 @@ impl BorderCurve {
             }
         }
         for run in &mut runs {
-            run.coarse = source.simplified(edge, run, 2.0 * tolerance);
+            run.coarse = simplified(lattice, edge, run, 2.0 * tolerance);
         }
         Self { runs }
     }
@@ -123,14 +123,8 @@ impl BorderSource<'_> {
         self.lattice.geographic(self.global(edge, along, sideways))
     }
 
-    /// The same as a global lattice position.
     fn global(&self, edge: Edge, along: f64, sideways: f64) -> DVec2 {
-        let across = (edge.line * self.lattice.extent(edge.zoom)) as f64 + sideways;
-        if edge.is_meridian {
-            DVec2::new(across, along)
-        } else {
-            DVec2::new(along, across)
-        }
+        global(self.lattice, edge, along, sideways)
     }
 
     fn grid(&self, edge: Edge, along: f64) -> DVec2 {
@@ -245,46 +239,55 @@ impl BorderSource<'_> {
         run.points.sort_unstable_by_key(|&(along, _)| along);
         run.points.dedup_by_key(|&mut (along, _)| along);
     }
+}
 
-    /// The fewest of the run's fine vertices within a tolerance, the kept ones among them.
-    fn simplified(&self, edge: Edge, run: &Run, tolerance: f64) -> Vec<usize> {
-        let length = self.lattice.extent(edge.zoom);
-        let (start, end) = (edge.along * length, (edge.along + 1) * length);
-        let hang = self.sagitta_per_square_unit(edge);
-        let dropped = |&(along, height): &(i64, f64)| {
-            let from_start = (along - start) as f64;
-            DVec2::new(from_start, height - hang * from_start * from_start)
-        };
-        let points: Vec<DVec2> = run.points.iter().map(dropped).collect();
-        let is_kept = |&index: &usize| {
-            let along = run.points[index].0;
-            index == 0 || index + 1 == points.len() || along == start + STRIP || along == end - STRIP
-        };
-        let mut kept = Vec::new();
-        let mut from = 0;
-        for to in 1..run.fine.len() {
-            if is_kept(&run.fine[to]) {
-                kept.extend(fewest_vertices(&points, &run.fine[from..=to], tolerance));
-                from = to;
-            }
+/// Global lattice position of a place on a side, moved sideways by some units.
+fn global(lattice: Lattice, edge: Edge, along: f64, sideways: f64) -> DVec2 {
+    let across = (edge.line * lattice.extent(edge.zoom)) as f64 + sideways;
+    if edge.is_meridian {
+        DVec2::new(across, along)
+    } else {
+        DVec2::new(along, across)
+    }
+}
+
+/// The fewest of the run's fine vertices within a tolerance, the kept ones among them.
+fn simplified(lattice: Lattice, edge: Edge, run: &Run, tolerance: f64) -> Vec<usize> {
+    let length = lattice.extent(edge.zoom);
+    let (start, end) = (edge.along * length, (edge.along + 1) * length);
+    let hang = sagitta_per_square_unit(lattice, edge);
+    let dropped = |&(along, height): &(i64, f64)| {
+        let from_start = (along - start) as f64;
+        DVec2::new(from_start, height - hang * from_start * from_start)
+    };
+    let points: Vec<DVec2> = run.points.iter().map(dropped).collect();
+    let is_kept = |&index: &usize| {
+        let along = run.points[index].0;
+        index == 0 || index + 1 == points.len() || along == start + STRIP || along == end - STRIP
+    };
+    let mut kept = Vec::new();
+    let mut from = 0;
+    for to in 1..run.fine.len() {
+        if is_kept(&run.fine[to]) {
+            kept.extend(fewest_vertices(&points, &run.fine[from..=to], tolerance));
+            from = to;
         }
-        kept.dedup();
-        kept
     }
+    kept.dedup();
+    kept
+}
 
-    /// Metres by which a chord of one unit hangs below the ellipsoid, times four: kx or ky of the lattice.
-    fn sagitta_per_square_unit(&self, edge: Edge) -> f64 {
-        let latitude = self
-            .geographic(edge, (edge.along * self.lattice.extent(edge.zoom)) as f64, 0.0)
-            .y;
-        let shrink = if edge.is_meridian {
-            1.0
-        } else {
-            latitude.to_radians().cos()
-        };
-        let metres = self.lattice.degrees_per_unit().to_radians() * MEAN_RADIUS * shrink;
-        metres * metres / (2.0 * MEAN_RADIUS)
-    }
+/// Metres by which a chord of one unit hangs below the ellipsoid, times four: kx or ky of the lattice.
+fn sagitta_per_square_unit(lattice: Lattice, edge: Edge) -> f64 {
+    let start = global(lattice, edge, (edge.along * lattice.extent(edge.zoom)) as f64, 0.0);
+    let latitude = lattice.geographic(start).y;
+    let shrink = if edge.is_meridian {
+        1.0
+    } else {
+        latitude.to_radians().cos()
+    };
+    let metres = lattice.degrees_per_unit().to_radians() * MEAN_RADIUS * shrink;
+    metres * metres / (2.0 * MEAN_RADIUS)
 }
 
 /// Where a step, in (across, along), meets the line `across = 0` from one of its sides.

@@ -85,7 +85,7 @@ fn each_zoom_keeps_its_tolerance_and_some_of_the_vertices_of_the_zoom_below() {
     with_source(|source| {
         let parent = Square { zoom: 7, x: 135, y: 96 }.edge(Side::East);
         let halves = parent.halves().map(|half| BorderCurve::of_leaf(source, half, 4.0));
-        let curve = BorderCurve::of_halves(source, parent, [Some(&halves[0]), Some(&halves[1])], 8.0);
+        let curve = BorderCurve::of_halves(source.lattice, parent, [&halves[0], &halves[1]], 8.0);
         let coarse = |curve: &BorderCurve| -> Vec<i64> {
             curve
                 .runs

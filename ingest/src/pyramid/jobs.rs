@@ -13,7 +13,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use glam::DVec2;
 use moka::sync::Cache;
-use terrain_core::height_field::heights::Heights;
+use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::simplify::{Allowance, Simplifier};
@@ -150,7 +150,7 @@ impl<'a> Jobs<'a> {
             let start = (first - margin).floor().max(0.0) as usize;
             start..((last + margin).ceil().max(0.0) as usize + 1).min(size)
         };
-        let [columns, rows] = self.raster.size();
+        let [columns, rows] = Samples::size(self.raster);
         let cells = [range(first.x, last.x, columns), range(first.y, last.y, rows)];
         cells.iter().all(|range| !range.is_empty()).then_some(cells)
     }
@@ -164,25 +164,16 @@ impl<'a> Jobs<'a> {
             return Ok(curve);
         }
         let tolerance = SIDE_SHARE * self.plan.error_at(edge.zoom);
+        let Some([columns, rows]) = self.cells_along(edge) else {
+            return Ok(Arc::default());
+        };
         let curve = if edge.zoom == self.plan.lattice.leaf_zoom {
-            match self.window_along(edge)? {
-                Some(window) => BorderCurve::of_leaf(&self.border_source(&window), edge, tolerance),
-                None => BorderCurve::default(),
-            }
+            let window = self.grid_of(self.raster.window(columns, rows)?);
+            BorderCurve::of_leaf(&self.border_source(&window), edge, tolerance)
         } else {
             let [first, second] = edge.halves();
             let halves = [self.curve(first)?, self.curve(second)?];
-            let nothing = Heights {
-                columns: 0,
-                rows: 0,
-                samples: &[],
-            };
-            let source = BorderSource {
-                lattice: self.plan.lattice,
-                georeference: self.georeference,
-                heights: nothing,
-            };
-            BorderCurve::of_halves(&source, edge, [Some(&halves[0]), Some(&halves[1])], tolerance)
+            BorderCurve::of_halves(self.plan.lattice, edge, [&halves[0], &halves[1]], tolerance)
         };
         let curve = Arc::new(curve);
         self.curves.insert(edge, Arc::clone(&curve));
@@ -202,8 +193,8 @@ impl<'a> Jobs<'a> {
         }
     }
 
-    /// The samples along a side.
-    fn window_along(&self, edge: Edge) -> Result<Option<HeightGrid>> {
+    /// Columns and rows of the samples along a side; none where nothing has a height.
+    fn cells_along(&self, edge: Edge) -> Option<[Range<usize>; 2]> {
         let lattice = self.plan.lattice;
         let extent = lattice.extent(edge.zoom) as f64;
         let (line, along) = (edge.line as f64, edge.along as f64);
@@ -215,12 +206,9 @@ impl<'a> Jobs<'a> {
         // Cells just beside the side count, even where the raster begins at it.
         let beside = DVec2::splat(1.0);
         let [low, high] = [low * extent - beside, high * extent + beside].map(|place| lattice.geographic(place));
-        match self.cells_between(low, high) {
-            Some([columns, rows]) if !self.raster.chunks_over(0, &columns, &rows).is_empty() => {
-                Ok(Some(self.grid_of(self.raster.window(columns, rows)?)))
-            }
-            _ => Ok(None),
-        }
+        let level = (lattice.leaf_zoom - edge.zoom).min(self.raster.top());
+        self.cells_between(low, high)
+            .filter(|[columns, rows]| !self.raster.chunks_over(level, columns, rows).is_empty())
     }
 
     fn grid_of(&self, window: Window) -> HeightGrid {
