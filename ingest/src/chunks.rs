@@ -110,6 +110,12 @@ impl Intake<'_> {
         self.raster.origin().map(|origin| (origin + FIRST) as usize)
     }
 
+    /// Samples of all files.
+    pub(crate) fn sample_count(&self) -> u64 {
+        let extents = self.raster.extents().into_iter();
+        extents.map(|[columns, rows]| (columns.len() * rows.len()) as u64).sum()
+    }
+
     /// What is to be read, band by band, as far as files reach.
     pub(crate) fn bands(&self) -> Vec<Band> {
         let corner = self.corner();

@@ -86,9 +86,6 @@ pub(crate) struct BuildArgs {
     /// Leave the work where it is when the archive is whole: later builds take from it what has not changed.
     #[arg(long)]
     pub(crate) keep_work: bool,
-    /// Memory to stay below, roughly, as 800M or 2G; a quarter of the machine's if not given.
-    #[arg(long, value_name = "SIZE", value_parser = size)]
-    pub(crate) memory: Option<u64>,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
@@ -206,6 +203,9 @@ pub(crate) struct RunArgs {
     /// Threads to use; all cores if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
+    /// Memory to stay below, roughly, as 800M or 2G; a quarter of the machine's if not given.
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    pub(crate) memory: Option<u64>,
     /// Show no progress.
     #[arg(short, long)]
     pub(crate) quiet: bool,

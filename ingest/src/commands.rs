@@ -9,7 +9,11 @@ use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_core::height_field::{reference, simplify};
 use terrain_ingest::raster::Rasters;
-use terrain_ingest::{HeightGrid, Progress, ReadOptions, model, peak_memory, pyramid, raster, tin, verify};
+use terrain_ingest::store::Store;
+use terrain_ingest::stored_raster::{StoredRaster, TakeError};
+use terrain_ingest::{
+    HeightGrid, Progress, ReadOptions, model, peak_memory, pyramid, quarter_of_memory, raster, tin, verify,
+};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
@@ -18,9 +22,6 @@ use crate::cli::{
     Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs,
 };
 use crate::work::Work;
-
-/// Bytes that verification may take for samples beside the raster itself.
-const VERIFY_MEMORY: u64 = 256 << 20;
 
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
@@ -37,13 +38,12 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let output = arguments.output.unwrap_or_else(|| default_output(&arguments.dems[0]));
     check_output(&output)?;
     let progress = prepare(&arguments.run)?;
-    let rasters = Rasters::open(&arguments.dems, &read_options(arguments.raster, &progress))
-        .map_err(|error| Failure::Input(error.into()))?;
+    let rasters = open(&arguments.dems, arguments.raster, &progress)?;
     let options = pyramid::Options {
         max_error: arguments.max_error,
         bound: arguments.bound.into(),
         quality: arguments.quality.into(),
-        ..pyramid::Options::default()
+        memory: memory(&arguments.run),
     };
     let work = Work::begin(arguments.work, &output)?;
     let built = pyramid::build(&rasters, &options, work.store(), &output, &progress);
@@ -92,18 +92,27 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
     if let Err(error) = std::fs::metadata(&arguments.subject) {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
-    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let memory = memory(&arguments.run);
+    let rasters = open(&arguments.dems, arguments.raster, &progress)?;
+    let work = tempfile::tempdir()
+        .context("a folder for samples")
+        .map_err(Failure::Other)?;
+    let store = Store::open(&work.path().display().to_string()).map_err(Failure::Other)?;
+    let stored = StoredRaster::take(&rasters, &store, memory, &progress).map_err(|error| match error {
+        TakeError::Read(error) => Failure::Input(error.into()),
+        TakeError::Store(error) => Failure::Other(error),
+    })?;
     let (json, subject) = (arguments.run.json, &arguments.subject);
     let holds = if has_extension(subject, &["ply", "obj"]) {
         let claim = arguments.max_error.map(|error| verify::Claim {
             error,
             bound: bound_name(arguments.bound).to_owned(),
         });
-        let report = verify::mesh(subject, (&grid).into(), claim, VERIFY_MEMORY).map_err(Failure::Input)?;
+        let report = verify::mesh(subject, stored.source(), claim, memory).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     } else {
-        let report = verify::archive(subject, (&grid).into(), VERIFY_MEMORY, &progress).map_err(Failure::Input)?;
+        let report = verify::archive(subject, stored.source(), memory, &progress).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     };
@@ -149,6 +158,15 @@ fn read_options(raster: RasterArgs, progress: &Progress) -> ReadOptions {
         progress: progress.clone(),
         ..ReadOptions::default()
     }
+}
+
+/// Bytes of memory to stay below, roughly.
+fn memory(run: &RunArgs) -> u64 {
+    run.memory.unwrap_or_else(quarter_of_memory)
+}
+
+fn open(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<Rasters, Failure> {
+    Rasters::open(dems, &read_options(raster, progress)).map_err(|error| Failure::Input(error.into()))
 }
 
 fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {

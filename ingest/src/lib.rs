@@ -18,11 +18,12 @@ pub mod raster;
 mod raster_outline;
 pub mod samples;
 pub mod store;
+pub mod stored_raster;
 pub mod tin;
 pub mod verify;
 
 pub use georeference::GeoReference;
 pub use height_grid::HeightGrid;
-pub use memory::peak_memory;
+pub use memory::{peak_memory, quarter_of_memory};
 pub use progress::Progress;
 pub use raster::{ReadError, ReadOptions};

@@ -31,11 +31,11 @@ use self::finished::TileRecord;
 use self::jobs::Jobs;
 use self::plan::{Plan, Relief};
 use self::scheduler::Scheduler;
-use crate::chunks::{ChunkedRaster, Intake};
 use crate::progress::Progress;
 use crate::raster::ReadError;
-use crate::samples::{Raster, Samples};
-use crate::store::{Name, Store};
+use crate::samples::Raster;
+use crate::store::Store;
+use crate::stored_raster::{StoredRaster, TakeError};
 use crate::tin::bound_name;
 
 /// How many of the slowest tiles a report names.
@@ -139,6 +139,15 @@ pub enum BuildError {
     Other(#[from] anyhow::Error),
 }
 
+impl From<TakeError> for BuildError {
+    fn from(error: TakeError) -> Self {
+        match error {
+            TakeError::Read(error) => Self::Read(error),
+            TakeError::Store(error) => Self::Other(error),
+        }
+    }
+}
+
 /// Builds the archive at `output`, all at once or not at all. What is made on the way is kept in `store`; what is there already
 /// is not made again.
 ///
@@ -157,13 +166,16 @@ pub fn build(
     {
         return Err(anyhow::anyhow!("the largest error must be more than 0 m").into());
     }
-    let (chunked, relief) = take(raster, options, store, progress)?;
+    let stored = StoredRaster::take(raster, store, options.memory, progress)?;
+    stored.chunks.make_relief(progress)?;
+    let [lowest, highest] = stored.heights;
+    let relief = Relief {
+        steepest_step: stored.chunks.steepest()?.into(),
+        farthest_height: lowest.abs().max(highest.abs()).into(),
+    };
     let plan = Plan::new(raster.georeference(), raster.size(), relief, options);
-    let [columns, rows] = Samples::size(&chunked);
-    let before = chunked.before().map(|before| -(before as i64));
-    let georeference = raster.georeference().window(before, columns, rows);
     let scheduler = Scheduler {
-        jobs: Jobs::new(plan, &chunked, &georeference),
+        jobs: Jobs::new(plan, &stored),
         store,
         progress,
         finished: Mutex::default(),
@@ -189,33 +201,6 @@ pub fn build(
         beyond: beyond(&jobs.plan, &records),
         slowest: slowest(records),
     })
-}
-
-/// Brings the samples into the store, and the relief above them.
-fn take(
-    raster: &dyn Raster,
-    options: &Options,
-    store: &Store,
-    progress: &Progress,
-) -> Result<(ChunkedRaster, Relief), BuildError> {
-    let intake = Intake {
-        raster,
-        store,
-        name: Name::of([raster.stamp().as_bytes()]),
-    };
-    let [columns, rows] = raster.size();
-    progress.stage("reading samples", (columns * rows) as u64);
-    let taken = intake.take(&intake.bands())?;
-    progress.done();
-    let [lowest, highest] = taken.heights;
-    raster.remark(lowest, &taken.wild)?;
-    let chunked = ChunkedRaster::new(&intake, &taken.names, options.memory / 4);
-    chunked.make_relief(progress)?;
-    let relief = Relief {
-        steepest_step: chunked.steepest()?.into(),
-        farthest_height: lowest.abs().max(highest.abs()).into(),
-    };
-    Ok((chunked, relief))
 }
 
 fn beyond(plan: &Plan, records: &[TileRecord]) -> Option<Beyond> {

@@ -32,6 +32,7 @@ use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
 use crate::node::{Build, Finest, MODEL_SHARE, Node, kinds};
 use crate::samples::{Samples, Window};
+use crate::stored_raster::StoredRaster;
 
 /// Share of a zoom's error within which its sides are simplified; the parent's within 0.8 of it.
 const SIDE_SHARE: f64 = 0.4;
@@ -110,7 +111,12 @@ impl<'a> PlanOfTile<'a> {
 }
 
 impl<'a> Jobs<'a> {
-    pub(crate) fn new(plan: Plan, raster: &'a ChunkedRaster, georeference: &'a GeoReference) -> Self {
+    pub(crate) fn new(plan: Plan, raster: &'a StoredRaster) -> Self {
+        let StoredRaster {
+            chunks: raster,
+            georeference,
+            ..
+        } = raster;
         Self {
             certifier: Certifier::new(georeference, raster, plan.bound),
             plan,
