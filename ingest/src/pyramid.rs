@@ -399,7 +399,7 @@ impl<'a> Pyramid<'a> {
             let finest = Finest {
                 mesh: self.welded(&family)?,
                 outline_strayed,
-                error: Some(family.iter().map(|child| child.coarsest_error).fold(0.0, f64::max)),
+                error: Some(family.iter().map(|child| child.coarsest_measured).fold(0.0, f64::max)),
             };
             let error = self.error_at(zoom);
             let node = self.with_reference(square, |reference| {
