@@ -55,8 +55,16 @@ pub(crate) struct Certifier<'a> {
     georeference: &'a GeoReference,
     chunks: &'a dyn Chunks,
     bound: Bound,
-    /// Where longitude depends on the column alone and latitude on the row alone: sine and cosine of each.
-    separable: Option<[Vec<DVec2>; 2]>,
+    /// Where longitude depends on the column alone and latitude on the row alone.
+    separable: Option<Separable>,
+}
+
+/// Places of samples, by column and by row.
+struct Separable {
+    /// Sine and cosine of the longitude.
+    columns: Vec<DVec2>,
+    /// Sine and cosine of the latitude, and what is on the ellipsoid there: distance from the axis, and from the equator.
+    rows: Vec<[f64; 4]>,
 }
 
 impl<'a> Certifier<'a> {
@@ -68,10 +76,16 @@ impl<'a> Certifier<'a> {
         let is_upright = place(columns - 1, 0).y == place(0, 0).y && place(columns - 1, 0).x == last.x;
         let sine_and_cosine = |degrees: f64| DVec2::from(degrees.to_radians().sin_cos());
         let separable = (georeference.is_geographic() && is_upright).then(|| {
-            [
-                (0..columns).map(|column| sine_and_cosine(place(column, 0).x)).collect(),
-                (0..rows).map(|row| sine_and_cosine(place(0, row).y)).collect(),
-            ]
+            let row = |row: usize| {
+                let latitude = sine_and_cosine(place(0, row).y);
+                let on_ellipsoid = ellipsoid::above(DVec3::new(latitude.y, 0.0, latitude.x), 0.0);
+                [latitude.x, latitude.y, on_ellipsoid.x, on_ellipsoid.z]
+            };
+            let columns = 0..columns;
+            Separable {
+                columns: columns.map(|column| sine_and_cosine(place(column, 0).x)).collect(),
+                rows: (0..rows).map(row).collect(),
+            }
         });
         Self {
             georeference,
@@ -81,16 +95,25 @@ impl<'a> Certifier<'a> {
         }
     }
 
-    /// The ellipsoid's normal at a sample's place.
-    fn up(&self, at: DVec2) -> DVec3 {
-        if let Some([longitudes, latitudes]) = &self.separable
-            && let Some(&longitude) = longitudes.get(at.x as usize)
-            && let Some(&latitude) = latitudes.get(at.y as usize)
+    /// The ellipsoid's normal at a sample's place, and the point `height` metres above.
+    #[inline]
+    fn above(&self, at: DVec2, height: f64) -> (DVec3, DVec3) {
+        if let Some(separable) = &self.separable
+            && let Some(&longitude) = separable.columns.get(at.x as usize)
+            && let Some(&[sine, cosine, from_axis, from_equator]) = separable.rows.get(at.y as usize)
         {
-            return DVec3::new(latitude.y * longitude.y, latitude.y * longitude.x, latitude.x);
+            let from_axis = from_axis + height * cosine;
+            let up = DVec3::new(cosine * longitude.y, cosine * longitude.x, sine);
+            let point = DVec3::new(
+                from_axis * longitude.y,
+                from_axis * longitude.x,
+                from_equator + height * sine,
+            );
+            return (up, point);
         }
         let at = self.georeference.geographic(at);
-        ellipsoid::normal(at.x, at.y)
+        let up = ellipsoid::normal(at.x, at.y);
+        (up, ellipsoid::above(up, height))
     }
 
     /// Whether the raster's own coordinates go on beyond its last samples as far as a block reaches.
@@ -284,9 +307,9 @@ impl Plane<'_> {
     }
 
     /// Height of a point of the surface above the triangle, and the point.
+    #[inline(always)]
     fn difference(&self, at: DVec2, height: f64) -> (f64, DVec3, DVec3) {
-        let up = self.certifier.up(at);
-        let point = ellipsoid::above(up, height);
+        let (up, point) = self.certifier.above(at, height);
         (
             self.normal.dot(point - self.corners[0]) / self.normal.dot(up),
             up,
@@ -296,7 +319,7 @@ impl Plane<'_> {
 
     /// The larger of `worst` and the largest difference at a sample under the triangle; `grid` is where it may be.
     fn deviation(&self, relief: &Relief, curvature: &Curvature, grid: [DVec2; 3], margin: f64, worst: f64) -> f64 {
-        let steepness = self.steepness();
+        let per_squared_side = curvature.in_block(1.0, self.steepness());
         let worst = Cell::new(worst);
         let may_matter = |block: &Block| {
             if !self.certifier.reaches(block) {
@@ -308,7 +331,7 @@ impl Plane<'_> {
                 least = least.min(difference);
                 greatest = greatest.max(difference);
             }
-            let between = curvature.in_block(block.side, steepness);
+            let between = per_squared_side * block.side * block.side;
             let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
             // Not the other way round: what is not a number matters.
             !(size + between <= worst.get())

@@ -61,6 +61,8 @@ pub(crate) struct Node {
     pub(crate) bytes: Vec<u8>,
     pub(crate) finest_error: f64,
     pub(crate) coarsest_error: f64,
+    /// What was measured of it, a little rounded up; no more than is claimed.
+    pub(crate) coarsest_measured: f64,
     pub(crate) outline_error: f64,
     /// The part of it that the parent inherits: what collapses did, without the bulge of straight edges in space.
     pub(crate) outline_strayed: f64,
@@ -118,10 +120,11 @@ impl Build<'_> {
             partition,
             outline_errors,
         };
-        self.finish(square, self.certified(square, tile, finest.error), outline_strayed)
+        let (tile, coarsest_measured) = self.certified(square, tile, finest.error);
+        self.finish(square, tile, coarsest_measured, outline_strayed)
     }
 
-    fn finish(&self, square: Square, tile: Tile, outline_strayed: f64) -> Result<Node> {
+    fn finish(&self, square: Square, tile: Tile, coarsest_measured: f64, outline_strayed: f64) -> Result<Node> {
         let bytes = codec::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
         let levels = &tile.partition.levels;
         let finest = tile.surface(tile.finest());
@@ -131,6 +134,7 @@ impl Build<'_> {
             bytes,
             finest_error: f64::from(codec::rounded_up(levels[levels.len() - 1].error)),
             coarsest_error: f64::from(codec::rounded_up(levels[0].error)),
+            coarsest_measured,
             outline_error: f64::from(codec::rounded_up(tile.outline_errors[0])),
             outline_strayed,
             triangles: finest.triangles.len(),
@@ -171,12 +175,13 @@ impl Build<'_> {
         Ok(())
     }
 
-    /// Fills in the error of every level: measured, and never smaller than that of a finer one.
-    fn certified(&self, square: Square, mut tile: Tile, known: Option<f64>) -> Tile {
+    /// Fills in the error of every level: measured, and never smaller than that of a finer one. Also tells what was measured
+    /// of the coarsest one.
+    fn certified(&self, square: Square, mut tile: Tile, known: Option<f64>) -> (Tile, f64) {
         let interior = tile.interior_levels();
         let full = known.unwrap_or_else(|| self.error_of(square, &tile.surface(tile.finest())));
         let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
-        let mut error = full;
+        let (mut error, mut measured) = (full, full);
         let count = tile.partition.levels.len();
         let mut outline = tile.outline_errors[count - 1] + bulge(&tile.surface(tile.finest()));
         tile.partition.levels[count - 1].error = full;
@@ -186,7 +191,8 @@ impl Build<'_> {
                 interior: level,
                 fine_sides: [false; 4],
             });
-            error = self.error_of(square, &mesh).max(error);
+            measured = self.error_of(square, &mesh);
+            error = error.max(measured);
             outline = outline.max(tile.outline_errors[level] + bulge(&mesh));
             let last = if level + 1 == interior { count - 1 } else { level + 1 };
             for index in level..last {
@@ -194,7 +200,7 @@ impl Build<'_> {
                 tile.outline_errors[index] = outline;
             }
         }
-        tile
+        (tile, measured)
     }
 
     fn error_of(&self, square: Square, mesh: &Mesh) -> f64 {

@@ -19,13 +19,18 @@ use smallvec::SmallVec;
 
 use crate::height_field::chunks::Chunks;
 use crate::height_field::reference::ON_A_LINE;
-use crate::height_field::relief::{CHUNK, Chunk, NO_SURFACE};
+use crate::height_field::relief::{CHUNK, CORNERS, Chunk, NO_SURFACE};
 use crate::height_field::scan;
 
 /// Level of the blocks whose samples are visited one by one: cutting them further costs as much.
-const SMALLEST: u8 = 1;
+const SMALLEST: u8 = 2;
+/// Cells along the longer side of a triangle's rectangle up to which its samples are visited without a look at blocks.
+const SMALL: f64 = 12.0;
 /// Blocks along the longer side of a triangle's rectangle, at most, to begin with.
 const BLOCKS_ACROSS: f64 = 3.0;
+
+/// Sine of the angle to the rows below which a line counts as one of them.
+const LEVEL: f64 = 1e-12;
 
 /// A square of cells and a bound of what it holds.
 #[derive(Clone, Copy, Debug)]
@@ -209,8 +214,16 @@ impl<'a> Relief<'a> {
         mut visit: impl FnMut(DVec2, f64),
     ) {
         let triangle = Triangle::new(corners, margin);
+        let extent = triangle.high - triangle.low;
+        if extent.max_element() <= SMALL {
+            let [columns, rows] = self.blocks_between(0, triangle.low, triangle.high);
+            self.visit_rectangle(columns, rows, &triangle, &mut visit);
+            return;
+        }
         self.visit_small_blocks(&triangle, may_matter, |block| {
-            self.visit_block(block, &triangle, &mut visit)
+            let [column, row] = [block.first.x, block.first.y].map(|first| first as usize);
+            let side = block.side as usize;
+            self.visit_rectangle(column..column + side, row..row + side, &triangle, &mut visit);
         });
     }
 
@@ -270,21 +283,36 @@ impl<'a> Relief<'a> {
         })
     }
 
-    /// Visits the samples of a block that are in a triangle.
+    /// Visits the samples at the corners of some cells that are in a triangle.
     #[inline(always)]
-    fn visit_block(&self, block: &Block, triangle: &Triangle, visit: &mut impl FnMut(DVec2, f64)) {
-        let (first, side) = ([block.first.x as usize, block.first.y as usize], block.side as usize);
-        let Some(chunk) = self.chunk(0, first[0], first[1]) else {
-            return;
-        };
-        let inside = first.map(|cell| cell % CHUNK);
-        for down in 0..=side {
-            for across in 0..=side {
-                let height = chunk.corners[(inside[1] + down) * (CHUNK + 1) + inside[0] + across];
-                let at = DVec2::new(scan::double(first[0] + across), scan::double(first[1] + down));
-                if !height.is_nan() && triangle.meets(at, 0.0) {
-                    visit(at, f64::from(height));
+    fn visit_rectangle(
+        &self,
+        columns: Range<usize>,
+        rows: Range<usize>,
+        triangle: &Triangle,
+        visit: &mut impl FnMut(DVec2, f64),
+    ) {
+        let [across, down] = &self.levels[0].blocks;
+        for row in rows.start..=rows.end {
+            let [low, high] = triangle.columns(scan::double(row));
+            let found = scan::whole_numbers(low, high, columns.end + 1);
+            let mut column = found.start.max(columns.start);
+            let y = row.min(down.end - 1);
+            while column < found.end {
+                // A chunk has the corners along all of its sides.
+                let x = column.min(across.end - 1);
+                let end = found.end.min(x / CHUNK * CHUNK + CORNERS);
+                if let Some(chunk) = self.chunk(0, x, y) {
+                    let first = (row - y / CHUNK * CHUNK) * CORNERS;
+                    let offset = x / CHUNK * CHUNK;
+                    for column in column..end {
+                        let height = chunk.corners[first + column - offset];
+                        if !height.is_nan() {
+                            visit(DVec2::new(scan::double(column), scan::double(row)), f64::from(height));
+                        }
+                    }
                 }
+                column = end;
             }
         }
     }
@@ -364,6 +392,23 @@ impl Triangle {
         }
     }
 
+    /// The first and the last column where a row crosses the triangle; the first is beyond the last where it does not.
+    #[inline]
+    fn columns(&self, row: f64) -> [f64; 2] {
+        let mut found = [self.low.x, self.high.x];
+        for &(normal, least) in &self.sides {
+            let rest = least - normal.y * row;
+            if normal.x > LEVEL {
+                found[0] = found[0].max(rest / normal.x);
+            } else if normal.x < -LEVEL {
+                found[1] = found[1].min(rest / normal.x);
+            } else if rest > LEVEL * self.high.x.abs().max(self.low.x.abs()) {
+                found[1] = f64::NEG_INFINITY;
+            }
+        }
+        found
+    }
+
     /// Whether a square meets the triangle, or may do.
     #[inline]
     fn meets(&self, first: DVec2, side: f64) -> bool {
@@ -376,3 +421,7 @@ impl Triangle {
             })
     }
 }
+
+#[cfg(test)]
+#[path = "blocks_tests.rs"]
+mod tests;

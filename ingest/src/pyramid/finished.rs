@@ -28,6 +28,8 @@ pub(crate) struct TileRecord {
 pub(crate) struct Claims {
     pub(crate) finest_error: f64,
     pub(crate) coarsest_error: f64,
+    /// What was measured of the coarsest surface, which is the parent's finest: no more than is claimed.
+    pub(crate) coarsest_measured: f64,
     pub(crate) outline_error: f64,
     pub(crate) outline_strayed: f64,
     pub(crate) triangles: usize,
@@ -55,6 +57,7 @@ impl TileRecord {
         let claims = Claims {
             finest_error: node.finest_error,
             coarsest_error: node.coarsest_error,
+            coarsest_measured: node.coarsest_measured,
             outline_error: node.outline_error,
             outline_strayed: node.outline_strayed,
             triangles: node.triangles,
@@ -90,7 +93,7 @@ impl TileRecord {
             square: self.square,
             coarsest: tile.surface(tile.coarsest()),
             outline_strayed: self.claims.outline_strayed,
-            coarsest_error: self.claims.coarsest_error,
+            coarsest_measured: self.claims.coarsest_measured,
         })
     }
 }

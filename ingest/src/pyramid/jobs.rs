@@ -59,7 +59,7 @@ pub(crate) struct Child {
     pub(crate) square: Square,
     pub(crate) coarsest: Mesh,
     pub(crate) outline_strayed: f64,
-    pub(crate) coarsest_error: f64,
+    pub(crate) coarsest_measured: f64,
 }
 
 /// A square's plan coordinates over a grid, and the rectangle in which they are needed.
@@ -363,7 +363,7 @@ impl<'a> Jobs<'a> {
         let finest = Finest {
             mesh: self.welded(children)?,
             outline_strayed: largest(|child| child.outline_strayed),
-            error: Some(largest(|child| child.coarsest_error)),
+            error: Some(largest(|child| child.coarsest_measured)),
         };
         let curves = self.curves_around(square)?;
         let sides = curves.each_ref().map(|curve| curve.as_ref());
