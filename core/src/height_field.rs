@@ -4,10 +4,14 @@
 //! reference ──triangulate, refine──▶ Surface ──thin──▶ Mesh ──simplify──▶ CollapseLog
 //! ```
 
+pub mod blocks;
 pub mod chain;
+pub mod chunks;
 pub(crate) mod collapse;
 pub(crate) mod fan;
 pub(crate) mod filters;
+pub mod finer;
+pub mod heights;
 pub(crate) mod improve;
 pub(crate) mod interval;
 pub(crate) mod outline;

@@ -1,10 +1,46 @@
-//! What the fuzz targets have in common.
+//! What the fuzz targets run: whatever the bytes, a decoder gives what stands its own checks, or an error.
+//!
+//! `cargo +nightly fuzz run spt` looks for new bytes; the tests of this crate run every target with the seeds in `corpus`,
+//! and with damaged copies of them, on any toolchain.
 
-use terrain_tiles::formats::LevelLimits;
+use terrain_core::levels::partition::validate;
+use terrain_tiles::formats::{self, LevelLimits};
+
+/// Runs a decoder; true where it decoded something.
+pub type Target = fn(&[u8]) -> bool;
+
+/// Every target by its name, which is also that of its folder in `corpus` and of its program.
+pub const TARGETS: [(&str, Target); 2] = [("spm", spm), ("spt", spt)];
 
 /// Low enough that a made-up count never costs the fuzzer much memory or time, and above what the seeds in `corpus` need.
-pub const LIMITS: LevelLimits = LevelLimits {
+const LIMITS: LevelLimits = LevelLimits {
     levels: 64,
     vertices: 1 << 16,
     triangles: 1 << 17,
 };
+
+/// The decoder of tiles.
+///
+/// # Panics
+/// Where a tile is decoded that is no Surface Partition.
+#[must_use]
+pub fn spt(bytes: &[u8]) -> bool {
+    let decoded = formats::spt::decode(bytes, &LIMITS);
+    decoded.is_ok_and(|tile| {
+        assert_eq!(validate(&tile.partition), Ok(()));
+        true
+    })
+}
+
+/// The decoder of models.
+///
+/// # Panics
+/// Where a model is decoded that is no Surface Partition.
+#[must_use]
+pub fn spm(bytes: &[u8]) -> bool {
+    let decoded = formats::spm::decode(bytes, &LIMITS);
+    decoded.is_ok_and(|model| {
+        assert_eq!(validate(&model.partition), Ok(()));
+        true
+    })
+}

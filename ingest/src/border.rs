@@ -7,24 +7,27 @@
 //! every side:   coarse ← fewest of `fine` within twice that tolerance, measured against all breakpoints
 //! parent side:  its halves' curves in a row; fine ← what its halves call coarse
 //! ```
-//! A side is cut into runs where the surface on its left or right begins or ends; the ends of runs are kept for ever,
-//! and so is a vertex one strip's width from each end of the side.
+//! A side is cut into runs where the raster's outline meets it; the ends of runs are kept for ever, and so is a vertex one
+//! strip's width from each end of the side.
 
 use glam::DVec2;
 use terrain_core::height_field::chain::fewest_vertices;
-use terrain_core::height_field::reference::Reference;
+use terrain_core::height_field::heights::Heights;
+use terrain_core::height_field::triangulate::stepped;
+use terrain_tiles::ellipsoid::MEAN_RADIUS;
 
 use crate::georeference::GeoReference;
 use crate::lattice::{Edge, Lattice, STRIP};
+use crate::raster_outline::{crossing, is_bounded};
 
-/// Mean radius of the Earth, metres; for sagittas only.
-const EARTH_RADIUS: f64 = 6_371_000.0;
+/// Places beside a side that may tell whether there is surface, four strips' widths apart.
+const PLACES_ACROSS: i32 = 12;
 
 /// What a curve is made from.
 pub(crate) struct BorderSource<'a> {
     pub(crate) lattice: Lattice,
     pub(crate) georeference: &'a GeoReference,
-    pub(crate) reference: &'a Reference<'a>,
+    pub(crate) heights: Heights<'a>,
 }
 
 /// A side's runs from its start to its end.
@@ -67,43 +70,35 @@ impl BorderCurve {
         let length = source.lattice.extent(edge.zoom);
         let start = edge.along * length;
         let breakpoints = source.breakpoints(edge);
-        let mut runs: Vec<Run> = Vec::new();
-        for pair in breakpoints.windows(2) {
-            let has_surface = source.surface_beside(edge, (pair[0] + pair[1]) as f64 / 2.0);
-            let continues = runs
-                .last()
-                .is_some_and(|run| run.has_surface == has_surface && run.ends()[1] == pair[0]);
-            if has_surface == [false; 2] {
-                continue;
-            }
-            if !continues {
-                let points = vec![source.point(edge, pair[0])];
-                runs.push(Run {
-                    has_surface,
-                    points,
-                    fine: Vec::new(),
-                    coarse: Vec::new(),
-                });
-            }
-            if let Some(run) = runs.last_mut() {
-                run.points.push(source.point(edge, pair[1]));
-            }
+        let mut runs = source.stretches(edge);
+        for (run, [first, last]) in &mut runs {
+            let between = breakpoints
+                .iter()
+                .copied()
+                .filter(|along| (*first + 1..*last).contains(along));
+            let all = [*first].into_iter().chain(between).chain([*last]);
+            run.points = all.map(|along| source.point(edge, along)).collect();
         }
+        let mut runs: Vec<Run> = runs.into_iter().map(|(run, _)| run).collect();
         for run in &mut runs {
             source.keep_ends_clear(edge, run, [start, start + length]);
             run.fine = (0..run.points.len()).collect();
-            run.fine = source.simplified(edge, run, tolerance);
-            run.coarse = source.simplified(edge, run, 2.0 * tolerance);
+            run.fine = simplified(source.lattice, edge, run, tolerance);
+            run.coarse = simplified(source.lattice, edge, run, 2.0 * tolerance);
         }
         Self { runs }
     }
 
     /// The curve of a side that is no leaf's, from its halves'; `tolerance` as in [`BorderCurve::of_leaf`].
-    pub(crate) fn of_halves(source: &BorderSource, edge: Edge, halves: [Option<&Self>; 2], tolerance: f64) -> Self {
+    pub(crate) fn of_halves(lattice: Lattice, edge: Edge, halves: [&Self; 2], tolerance: f64) -> Self {
         let mut runs: Vec<Run> = Vec::new();
-        for run in halves.into_iter().flatten().flat_map(|half| &half.runs) {
+        let length = lattice.extent(edge.zoom);
+        let joint = edge.along * length + length / 2;
+        for run in halves.into_iter().flat_map(|half| &half.runs) {
             match runs.last_mut() {
-                Some(last) if last.has_surface == run.has_surface && last.ends()[1] == run.ends()[0] => {
+                Some(last)
+                    if last.has_surface == run.has_surface && last.ends()[1] == joint && run.ends()[0] == joint =>
+                {
                     let offset = last.points.len() - 1;
                     last.points.extend(&run.points[1..]);
                     last.fine.extend(run.coarse[1..].iter().map(|index| index + offset));
@@ -116,7 +111,7 @@ impl BorderCurve {
             }
         }
         for run in &mut runs {
-            run.coarse = source.simplified(edge, run, 2.0 * tolerance);
+            run.coarse = simplified(lattice, edge, run, 2.0 * tolerance);
         }
         Self { runs }
     }
@@ -125,12 +120,11 @@ impl BorderCurve {
 impl BorderSource<'_> {
     /// Longitude and latitude of a place on a side, moved sideways by some lattice units.
     fn geographic(&self, edge: Edge, along: f64, sideways: f64) -> DVec2 {
-        let across = (edge.line * self.lattice.extent(edge.zoom)) as f64 + sideways;
-        self.lattice.geographic(if edge.is_meridian {
-            DVec2::new(across, along)
-        } else {
-            DVec2::new(along, across)
-        })
+        self.lattice.geographic(self.global(edge, along, sideways))
+    }
+
+    fn global(&self, edge: Edge, along: f64, sideways: f64) -> DVec2 {
+        global(self.lattice, edge, along, sideways)
     }
 
     fn grid(&self, edge: Edge, along: f64) -> DVec2 {
@@ -138,16 +132,68 @@ impl BorderSource<'_> {
     }
 
     fn point(&self, edge: Edge, along: i64) -> (i64, f64) {
-        let height = self.reference.height_near(self.grid(edge, along as f64)).unwrap_or(0.0);
-        let step = self.lattice.height_step();
-        (along, (height / step).round() * step)
+        let height = self.height_at(self.global(edge, along as f64, 0.0));
+        (along, stepped(height, self.lattice.height_step()))
     }
 
-    /// Whether there is surface just west or south of a place on the side, and just east or north of it.
-    fn surface_beside(&self, edge: Edge, along: f64) -> [bool; 2] {
-        [-0.25, 0.25].map(|sideways| {
-            let cell = self.georeference.grid(self.geographic(edge, along, sideways)).floor();
-            self.reference.cell_is_valid(cell.x as i64, cell.y as i64)
+    /// The stretches of a side between the places where the raster's outline meets it, as far as there is surface beside
+    /// them; still without points, but with their ends.
+    fn stretches(&self, edge: Edge) -> Vec<(Run, [i64; 2])> {
+        let length = self.lattice.extent(edge.zoom);
+        let (start, line) = (edge.along * length, edge.line * length);
+        let ends = [0, length].map(|along| self.global(edge, (start + along) as f64, 0.0));
+        // Seen from a parallel, what was left is right.
+        let seen = |[x, y]: [i64; 2]| {
+            if edge.is_meridian {
+                [x - line, y - start]
+            } else {
+                [y - line, x - start]
+            }
+        };
+        let turned = |[from, to]: [[i64; 2]; 2]| if edge.is_meridian { [from, to] } else { [to, from] };
+        let steps: Vec<[[i64; 2]; 2]> = self
+            .steps_around(ends[0], ends[1])
+            .iter()
+            .map(|step| turned(step.ends.map(seen)))
+            .collect();
+        let mut stops: Vec<i64> = steps.iter().flat_map(|&step| meetings(step)).collect();
+        stops.retain(|along| (0..=length).contains(along));
+        stops.extend([0, length]);
+        stops.sort_unstable();
+        stops.dedup();
+        let stretch = |pair: &[i64]| {
+            let along = (pair[0] + pair[1]).div_euclid(2) as f64 + 0.5;
+            let run = Run {
+                has_surface: [false, true].map(|positive| self.is_surface(edge, &steps, along, positive)),
+                points: Vec::new(),
+                fine: Vec::new(),
+                coarse: Vec::new(),
+            };
+            (run.has_surface != [false; 2]).then_some((run, [start + pair[0], start + pair[1]]))
+        };
+        stops.windows(2).filter_map(stretch).collect()
+    }
+
+    /// Whether there is surface next to a place on the side, west or south of it or else east or north.
+    fn is_surface(&self, edge: Edge, steps: &[[[i64; 2]; 2]], along: f64, positive: bool) -> bool {
+        is_bounded(steps, along, positive).unwrap_or_else(|| {
+            // No outline is across from the place, so that any point there tells, the farthest from all steps best.
+            let from_steps = |sideways: &f64| {
+                let at = DVec2::new(*sideways, along);
+                let distances = steps.iter().map(|step| distance_to_step(at, step));
+                distances.fold(f64::INFINITY, f64::min)
+            };
+            let places = (1..=PLACES_ACROSS).map(|number| f64::from(number) * (4 * STRIP) as f64);
+            let sideways = places.map(|place| if positive { place } else { -place });
+            let best = sideways.max_by(|a, b| {
+                from_steps(a)
+                    .total_cmp(&from_steps(b))
+                    .then(b.abs().total_cmp(&a.abs()))
+            });
+            let start = (edge.along * self.lattice.extent(edge.zoom)) as f64;
+            let place = self.global(edge, start + along, best.unwrap_or(0.0));
+            let cell = self.georeference.grid(self.lattice.geographic(place)).floor();
+            self.heights.cell_is_valid(cell.x as i64, cell.y as i64)
         })
     }
 
@@ -193,46 +239,69 @@ impl BorderSource<'_> {
         run.points.sort_unstable_by_key(|&(along, _)| along);
         run.points.dedup_by_key(|&mut (along, _)| along);
     }
+}
 
-    /// The fewest of the run's fine vertices within a tolerance, the kept ones among them.
-    fn simplified(&self, edge: Edge, run: &Run, tolerance: f64) -> Vec<usize> {
-        let length = self.lattice.extent(edge.zoom);
-        let (start, end) = (edge.along * length, (edge.along + 1) * length);
-        let hang = self.sagitta_per_square_unit(edge);
-        let dropped = |&(along, height): &(i64, f64)| {
-            let from_start = (along - start) as f64;
-            DVec2::new(from_start, height - hang * from_start * from_start)
-        };
-        let points: Vec<DVec2> = run.points.iter().map(dropped).collect();
-        let is_kept = |&index: &usize| {
-            let along = run.points[index].0;
-            index == 0 || index + 1 == points.len() || along == start + STRIP || along == end - STRIP
-        };
-        let mut kept = Vec::new();
-        let mut from = 0;
-        for to in 1..run.fine.len() {
-            if is_kept(&run.fine[to]) {
-                kept.extend(fewest_vertices(&points, &run.fine[from..=to], tolerance));
-                from = to;
-            }
+/// Global lattice position of a place on a side, moved sideways by some units.
+fn global(lattice: Lattice, edge: Edge, along: f64, sideways: f64) -> DVec2 {
+    let across = (edge.line * lattice.extent(edge.zoom)) as f64 + sideways;
+    if edge.is_meridian {
+        DVec2::new(across, along)
+    } else {
+        DVec2::new(along, across)
+    }
+}
+
+/// The fewest of the run's fine vertices within a tolerance, the kept ones among them.
+fn simplified(lattice: Lattice, edge: Edge, run: &Run, tolerance: f64) -> Vec<usize> {
+    let length = lattice.extent(edge.zoom);
+    let (start, end) = (edge.along * length, (edge.along + 1) * length);
+    let hang = sagitta_per_square_unit(lattice, edge);
+    let dropped = |&(along, height): &(i64, f64)| {
+        let from_start = (along - start) as f64;
+        DVec2::new(from_start, height - hang * from_start * from_start)
+    };
+    let points: Vec<DVec2> = run.points.iter().map(dropped).collect();
+    let is_kept = |&index: &usize| {
+        let along = run.points[index].0;
+        index == 0 || index + 1 == points.len() || along == start + STRIP || along == end - STRIP
+    };
+    let mut kept = Vec::new();
+    let mut from = 0;
+    for to in 1..run.fine.len() {
+        if is_kept(&run.fine[to]) {
+            kept.extend(fewest_vertices(&points, &run.fine[from..=to], tolerance));
+            from = to;
         }
-        kept.dedup();
-        kept
     }
+    kept.dedup();
+    kept
+}
 
-    /// Metres by which a chord of one unit hangs below the ellipsoid, times four: kx or ky of the lattice.
-    fn sagitta_per_square_unit(&self, edge: Edge) -> f64 {
-        let latitude = self
-            .geographic(edge, (edge.along * self.lattice.extent(edge.zoom)) as f64, 0.0)
-            .y;
-        let shrink = if edge.is_meridian {
-            1.0
-        } else {
-            latitude.to_radians().cos()
-        };
-        let metres = self.lattice.degrees_per_unit().to_radians() * EARTH_RADIUS * shrink;
-        metres * metres / (2.0 * EARTH_RADIUS)
-    }
+/// Metres by which a chord of one unit hangs below the ellipsoid, times four: kx or ky of the lattice.
+fn sagitta_per_square_unit(lattice: Lattice, edge: Edge) -> f64 {
+    let start = global(lattice, edge, (edge.along * lattice.extent(edge.zoom)) as f64, 0.0);
+    let latitude = lattice.geographic(start).y;
+    let shrink = if edge.is_meridian {
+        1.0
+    } else {
+        latitude.to_radians().cos()
+    };
+    let metres = lattice.degrees_per_unit().to_radians() * MEAN_RADIUS * shrink;
+    metres * metres / (2.0 * MEAN_RADIUS)
+}
+
+/// Where a step, in (across, along), meets the line `across = 0` from one of its sides.
+fn meetings(step: [[i64; 2]; 2]) -> impl Iterator<Item = i64> {
+    let [from, to] = step;
+    let ends = [(from, to), (to, from)].map(|(end, other)| (end[0] == 0 && other[0] != 0).then_some(end[1]));
+    ends.into_iter().flatten().chain(crossing(step, 0, 0))
+}
+
+fn distance_to_step(at: DVec2, &[from, to]: &[[i64; 2]; 2]) -> f64 {
+    let [from, to] = [from, to].map(|end| DVec2::new(end[0] as f64, end[1] as f64));
+    let way = to - from;
+    let share = (at - from).dot(way) / way.length_squared().max(1.0);
+    at.distance(from + way * share.clamp(0.0, 1.0))
 }
 
 /// Parameters in 0 … 1 at which a coordinate passes whole numbers on its way.

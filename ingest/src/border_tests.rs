@@ -1,6 +1,4 @@
 use glam::DVec2;
-use terrain_core::height_field::plan::PlanMap;
-use terrain_core::height_field::reference::{Bound, Reference};
 
 use super::*;
 use crate::lattice::Square;
@@ -8,6 +6,7 @@ use terrain_tiles::address::Side;
 
 const LATTICE: Lattice = Lattice {
     leaf_zoom: 8,
+    leaf_bits: 15,
     height_exponent: -4,
 };
 const SIZE: usize = 160;
@@ -26,20 +25,15 @@ fn heights() -> Vec<f32> {
 fn with_source(test: impl Fn(&BorderSource)) {
     let heights = heights();
     let georeference = GeoReference::wgs84(SIZE, SIZE, DVec2::new(10.0, 46.0), DVec2::new(0.01, -0.01));
-    let curvature = vec![DVec2::ZERO; SIZE];
-    let reference = Reference {
+    let heights = Heights {
         columns: SIZE,
         rows: SIZE,
-        heights: &heights,
-        plan: PlanMap::fit(DVec2::ZERO, DVec2::ONE, |p| p, |p| p),
-        curvature: &curvature,
-        ground: DVec2::ONE,
-        bound: Bound::Surface,
+        samples: &heights,
     };
     test(&BorderSource {
         lattice: LATTICE,
         georeference: &georeference,
-        reference: &reference,
+        heights,
     });
 }
 
@@ -91,7 +85,7 @@ fn each_zoom_keeps_its_tolerance_and_some_of_the_vertices_of_the_zoom_below() {
     with_source(|source| {
         let parent = Square { zoom: 7, x: 135, y: 96 }.edge(Side::East);
         let halves = parent.halves().map(|half| BorderCurve::of_leaf(source, half, 4.0));
-        let curve = BorderCurve::of_halves(source, parent, [Some(&halves[0]), Some(&halves[1])], 8.0);
+        let curve = BorderCurve::of_halves(source.lattice, parent, [&halves[0], &halves[1]], 8.0);
         let coarse = |curve: &BorderCurve| -> Vec<i64> {
             curve
                 .runs

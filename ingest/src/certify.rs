@@ -1,37 +1,44 @@
 //! The certified error of a finished surface: measured on the Earth, not in the simplifier's model of it.
 //!
 //! Triangles are flat in Earth-centred coordinates between vertices of the lattice, as a client draws them; the
-//! deviation at a sample P with the ellipsoid's normal n is N·(P − V) / (N·n) for a triangle through V with normal N.
+//! deviation at a point P of the surface with the ellipsoid's normal n is N·(P − V) / (N·n) for a triangle through V with
+//! normal N.
 //!
 //! ```text
-//! for each triangle: each valid sample whose normal line crosses it
-//! for each edge:     each place where it crosses a grid line, and the summit of the difference in between
-//! bound ← the largest of these + what curvature can add inside a cell: (column² + row²) / 8R
+//! worst ← 0
+//! for each triangle: for each block of samples that may hold something worse than that (branch and bound):
+//!     each sample of a small one whose normal line crosses the triangle
+//! for each edge: likewise each place where it crosses a grid line, and the summit of the difference in between
+//! bound ← the worst + what curvature can add between these places: inside one cell and one triangle
 //! ```
-//! The difference from a bilinear cell is, but for the curvature, a bilinear function without summits of its own.
+//! The difference from a bilinear cell or block is, but for the curvature, a bilinear function without summits of its own.
 
-use std::collections::BTreeSet;
+mod curvature;
+mod stretch;
+
+use std::cell::Cell;
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use terrain_core::Mesh;
+use terrain_core::height_field::blocks::{Block, Relief};
+use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::reference::Bound;
-use terrain_core::height_field::scan;
 use terrain_tiles::ellipsoid::{self, Geodetic};
 
-use crate::height_grid::HeightGrid;
+use crate::georeference::GeoReference;
+use curvature::Curvature;
+use stretch::Stretch;
 
-/// Smallest radius of curvature of the ellipsoid, metres.
-const LEAST_RADIUS: f64 = 6_335_000.0;
-/// Third-order terms of the curvature inside a cell, as a share of the second-order one.
-const HIGHER_ORDER: f64 = 1.1;
 /// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
 const BESIDE: f64 = 1e-3;
-/// Share of the way to the middle of a piece from an end that is outside the piece's cell by rounding.
-const INWARDS: f64 = 1e-6;
-/// Cells by which a straight edge in space may leave the straight line on the grid before it is cut into stretches. What a
-/// parabola leaves out of a stretch is smaller by another factor of its length over the Earth's radius.
-const STRAIGHT: f64 = 1e-4;
+/// Cells around a triangle that is straight on the grid where samples may be covered by it.
+const AROUND: f64 = 0.02;
+/// Cells by which an edge may leave the straight line on the grid before its triangles are searched as rectangles.
+const NEARLY_STRAIGHT: f64 = 0.5;
+/// Samples around the surface that it may need.
+const MARGIN: f64 = 3.0;
+/// Degrees from a pole within which a vertex is there: its longitude is none.
+const AT_A_POLE: f64 = 1e-9;
 
 /// A vertex on the Earth and on the raster.
 #[derive(Clone, Copy)]
@@ -40,262 +47,306 @@ struct Place {
     longitude: f64,
     height: f64,
     grid: DVec2,
-}
-
-impl Place {
-    /// Column, row and height.
-    fn seen(self) -> DVec3 {
-        self.grid.extend(self.height)
-    }
+    is_pole: bool,
 }
 
 /// Measures surfaces against one raster.
 pub(crate) struct Certifier<'a> {
-    grid: &'a HeightGrid,
+    georeference: &'a GeoReference,
+    chunks: &'a dyn Chunks,
     bound: Bound,
-    /// Where longitude depends on the column alone and latitude on the row alone: sine and cosine of each.
-    separable: Option<[Vec<DVec2>; 2]>,
+    /// Where longitude depends on the column alone and latitude on the row alone.
+    separable: Option<Separable>,
+}
+
+/// Places of samples, by column and by row.
+struct Separable {
+    /// Sine and cosine of the longitude.
+    columns: Vec<DVec2>,
+    /// Sine and cosine of the latitude, and what is on the ellipsoid there: distance from the axis, and from the equator.
+    rows: Vec<[f64; 4]>,
 }
 
 impl<'a> Certifier<'a> {
-    pub(crate) fn new(grid: &'a HeightGrid, bound: Bound) -> Self {
-        let place = |column, row| grid.georeference.geographic(DVec2::new(column as f64, row as f64));
-        let last = place(grid.columns - 1, grid.rows - 1);
-        let is_upright = place(grid.columns - 1, 0).y == place(0, 0).y && place(grid.columns - 1, 0).x == last.x;
+    /// `chunks` count columns and rows as `georeference` does.
+    pub(crate) fn new(georeference: &'a GeoReference, chunks: &'a dyn Chunks, bound: Bound) -> Self {
+        let [columns, rows] = chunks.size();
+        let place = |column, row| georeference.geographic(DVec2::new(column as f64, row as f64));
+        let last = place(columns - 1, rows - 1);
+        let is_upright = place(columns - 1, 0).y == place(0, 0).y && place(columns - 1, 0).x == last.x;
         let sine_and_cosine = |degrees: f64| DVec2::from(degrees.to_radians().sin_cos());
-        let separable = (grid.georeference.is_geographic() && is_upright).then(|| {
-            let columns = (0..grid.columns)
-                .map(|column| sine_and_cosine(place(column, 0).x))
-                .collect();
-            [
-                columns,
-                (0..grid.rows).map(|row| sine_and_cosine(place(0, row).y)).collect(),
-            ]
+        let separable = (georeference.is_geographic() && is_upright).then(|| {
+            let row = |row: usize| {
+                let latitude = sine_and_cosine(place(0, row).y);
+                let on_ellipsoid = ellipsoid::above(DVec3::new(latitude.y, 0.0, latitude.x), 0.0);
+                [latitude.x, latitude.y, on_ellipsoid.x, on_ellipsoid.z]
+            };
+            let columns = 0..columns;
+            Separable {
+                columns: columns.map(|column| sine_and_cosine(place(column, 0).x)).collect(),
+                rows: (0..rows).map(row).collect(),
+            }
         });
-        Self { grid, bound, separable }
+        Self {
+            georeference,
+            chunks,
+            bound,
+            separable,
+        }
     }
 
-    /// The ellipsoid's normal at a sample.
-    fn up(&self, column: usize, row: usize) -> DVec3 {
-        match &self.separable {
-            Some([longitudes, latitudes]) => {
-                let (longitude, latitude) = (longitudes[column], latitudes[row]);
-                DVec3::new(latitude.y * longitude.y, latitude.y * longitude.x, latitude.x)
-            }
-            None => {
-                let at = self.grid.georeference.geographic(DVec2::new(column as f64, row as f64));
-                ellipsoid::normal(at.x, at.y)
-            }
+    /// The ellipsoid's normal at a sample's place, and the point `height` metres above.
+    #[inline]
+    fn above(&self, at: DVec2, height: f64) -> (DVec3, DVec3) {
+        if let Some(separable) = &self.separable
+            && let Some(&longitude) = separable.columns.get(at.x as usize)
+            && let Some(&[sine, cosine, from_axis, from_equator]) = separable.rows.get(at.y as usize)
+        {
+            let from_axis = from_axis + height * cosine;
+            let up = DVec3::new(cosine * longitude.y, cosine * longitude.x, sine);
+            let point = DVec3::new(
+                from_axis * longitude.y,
+                from_axis * longitude.x,
+                from_equator + height * sine,
+            );
+            return (up, point);
         }
+        let at = self.georeference.geographic(at);
+        let up = ellipsoid::normal(at.x, at.y);
+        (up, ellipsoid::above(up, height))
+    }
+
+    /// Whether the raster's own coordinates go on beyond its last samples as far as a block reaches.
+    fn reaches(&self, block: &Block) -> bool {
+        let [columns, rows] = self.chunks.size();
+        let last = block.first + block.side;
+        self.georeference.is_geographic() || last.x < columns as f64 && last.y < rows as f64
     }
 
     /// An upper bound of the vertical deviation between `surface` and the raster's surface, in metres. `geodetic` gives
     /// the longitude (in the range of the raster's), latitude and height of a vertex.
     pub(crate) fn vertical_error(&self, surface: &Mesh, geodetic: impl Fn(DVec3) -> Geodetic) -> f64 {
-        let grid = self.grid;
         let places: Vec<Place> = surface
             .positions
             .iter()
-            .map(|&position| place(grid, geodetic(position)))
+            .map(|&position| self.place(geodetic(position)))
             .collect();
-        let largest = |a: f64, b: f64| a.max(b);
-        let corners = surface
-            .triangles
-            .par_iter()
-            .map(|corners| corners.map(|corner| places[corner as usize]));
-        let worst = corners.map(|corners| self.at_samples(corners)).reduce(|| 0.0, largest);
-        if self.bound == Bound::Samples {
-            return worst;
+        let mut measure = Measure::new(self, &surface.triangles, &places);
+        for corners in &surface.triangles {
+            measure.triangle(*corners);
         }
-        let ordered = |a: u32, b: u32| (a.min(b), a.max(b));
-        let edges: BTreeSet<(u32, u32)> = surface
-            .triangles
+        if self.bound == Bound::Surface {
+            measure.all_edges();
+        }
+        measure.worst
+    }
+
+    fn place(&self, geodetic: Geodetic) -> Place {
+        Place {
+            space: ellipsoid::to_earth_centred(geodetic),
+            longitude: geodetic.longitude,
+            height: geodetic.height,
+            grid: self
+                .georeference
+                .grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
+            is_pole: geodetic.latitude.abs() >= 90.0 - AT_A_POLE,
+        }
+    }
+}
+
+/// An edge of the surface, and what curvature may add beside it.
+struct Edge {
+    ends: [u32; 2],
+    stretches: Vec<Stretch>,
+    /// Cells by which it leaves the straight line on the grid.
+    bulge: f64,
+    /// Metres.
+    between: f64,
+}
+
+/// A surface being measured.
+struct Measure<'a> {
+    certifier: &'a Certifier<'a>,
+    places: &'a [Place],
+    edges: Vec<Edge>,
+    relief: Relief<'a>,
+    curvature: Curvature,
+    worst: f64,
+}
+
+impl<'a> Measure<'a> {
+    fn new(certifier: &'a Certifier<'a>, triangles: &[[u32; 3]], places: &'a [Place]) -> Self {
+        let mut ends: Vec<[u32; 2]> = triangles
             .iter()
             .flat_map(|&[a, b, c]| [ordered(a, b), ordered(b, c), ordered(c, a)])
             .collect();
-        let along = edges
-            .into_par_iter()
-            .map(|(a, b)| along_edge(grid, places[a as usize], places[b as usize]));
-        along.reduce(|| worst, largest) + curvature_in_a_cell(grid)
+        ends.sort_unstable();
+        ends.dedup();
+        let edge = |ends: [u32; 2]| {
+            let [a, b] = ends.map(|end| places[end as usize]);
+            let stretches = Stretch::all(certifier.georeference, a, b);
+            Edge {
+                ends,
+                bulge: stretch::bulge(&stretches),
+                stretches,
+                between: 0.0,
+            }
+        };
+        let edges: Vec<Edge> = ends.into_iter().map(edge).collect();
+        let (low, high) = edges
+            .iter()
+            .flat_map(|edge| &edge.stretches)
+            .flat_map(|stretch| [0.0, 0.5, 1.0].map(|t| stretch.at(t).truncate()))
+            .chain(places.iter().map(|place| place.grid))
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+                (low.min(at), high.max(at))
+            });
+        let [columns, rows] = certifier.chunks.size();
+        let range = |low: f64, high: f64, count: usize| {
+            let first = ((low - MARGIN).max(0.0) as usize).min(count - 1);
+            first..((high + MARGIN).max(0.0) as usize + 1).clamp(first + 1, count)
+        };
+        let window = [range(low.x, high.x, columns), range(low.y, high.y, rows)];
+        Self {
+            certifier,
+            places,
+            edges,
+            curvature: Curvature::under(certifier.georeference, certifier.chunks.size(), &window),
+            relief: Relief::new(certifier.chunks, window[0].clone(), window[1].clone()),
+            worst: 0.0,
+        }
     }
 
-    fn at_samples(&self, corners: [Place; 3]) -> f64 {
-        let grid = self.grid;
-        let [a, b, c] = corners.map(|corner| corner.space);
-        let normal = (b - a).cross(c - a);
-        let margin = 0.02 + corners_bulge(grid, &corners);
-        let low = corners.iter().map(|corner| corner.grid.y).fold(f64::INFINITY, f64::min) - margin;
-        let high = corners
-            .iter()
-            .map(|corner| corner.grid.y)
-            .fold(f64::NEG_INFINITY, f64::max)
-            + margin;
-        let mut worst: f64 = 0.0;
-        for row in whole_numbers(low, high, grid.rows) {
-            let (from, to) = span(row as f64, margin, corners.map(|corner| corner.grid));
-            for column in whole_numbers(from, to, grid.columns) {
-                let height = grid.height(column, row);
-                let up = self.up(column, row);
-                let sample = ellipsoid::above(up, f64::from(height));
-                let covers =
-                    |(p, q): (DVec3, DVec3)| up.dot((p - sample).cross(q - sample)) >= -BESIDE * (q - p).length();
-                if !height.is_nan() && [(a, b), (b, c), (c, a)].into_iter().all(covers) {
-                    worst = worst.max((normal.dot(sample - a) / normal.dot(up)).abs());
-                }
+    fn edges_of(&self, [a, b, c]: [u32; 3]) -> [usize; 3] {
+        [ordered(a, b), ordered(b, c), ordered(c, a)].map(|ends| {
+            let place = self.edges.binary_search_by(|edge| edge.ends.cmp(&ends));
+            place.expect("each side of each triangle was made an edge")
+        })
+    }
+
+    /// Takes the samples under a triangle into account.
+    fn triangle(&mut self, corners: [u32; 3]) {
+        let [a, b, c] = corners.map(|corner| self.places[corner as usize]);
+        let normal = (b.space - a.space).cross(c.space - a.space);
+        if normal == DVec3::ZERO {
+            return;
+        }
+        let edges = self.edges_of(corners);
+        let plane = Plane {
+            certifier: self.certifier,
+            corners: [a, b, c].map(|place| place.space),
+            normal,
+        };
+        let (low, high) = (a.grid.min(b.grid).min(c.grid), a.grid.max(b.grid).max(c.grid));
+        let between = match self.certifier.bound {
+            Bound::Samples => 0.0,
+            Bound::Surface => {
+                let heights = [a, b, c].map(|place| place.height);
+                let rise = heights
+                    .iter()
+                    .fold(0.0_f64, |rise, height| rise.max((height - heights[0]).abs()));
+                self.curvature.in_triangle(high - low, plane.steepness(), 2.0 * rise)
+            }
+        };
+        for edge in edges {
+            let edge = &mut self.edges[edge];
+            edge.between = edge.between.max(between);
+        }
+        let bulge = edges.iter().map(|&edge| self.edges[edge].bulge).fold(0.0, f64::max);
+        let mut worst = self.worst - between;
+        if bulge <= NEARLY_STRAIGHT {
+            let grid = [a, b, c].map(|place| place.grid);
+            worst = plane.deviation(&self.relief, &self.curvature, grid, AROUND + bulge, worst);
+        } else {
+            for half in self.rectangle(&edges) {
+                worst = plane.deviation(&self.relief, &self.curvature, half, AROUND, worst);
             }
         }
-        worst
-    }
-}
-
-/// The whole numbers from `low` to `high` that are indices below `end`.
-fn whole_numbers(low: f64, high: f64, end: usize) -> std::ops::Range<usize> {
-    low.ceil().max(0.0) as usize..((high.floor() + 1.0).max(0.0) as usize).min(end)
-}
-
-/// What the ellipsoid's curvature can add to the extremes of a bilinear function inside one cell, metres.
-fn curvature_in_a_cell(grid: &HeightGrid) -> f64 {
-    let rows = [0.0, 0.5, 1.0].map(|share| (grid.rows - 1) as f64 * share);
-    let squared = rows.map(|row| {
-        let cell = grid
-            .georeference
-            .cell_metres(DVec2::new((grid.columns - 1) as f64 / 2.0, row));
-        cell.length_squared()
-    });
-    HIGHER_ORDER * squared.into_iter().fold(0.0, f64::max) / (8.0 * LEAST_RADIUS)
-}
-
-fn place(grid: &HeightGrid, geodetic: Geodetic) -> Place {
-    Place {
-        space: ellipsoid::to_earth_centred(geodetic),
-        longitude: geodetic.longitude,
-        height: geodetic.height,
-        grid: grid
-            .georeference
-            .grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
-    }
-}
-
-/// The largest deviation along a straight edge in space.
-fn along_edge(grid: &HeightGrid, a: Place, b: Place) -> f64 {
-    let count = (corners_bulge(grid, &[a, b]) / STRAIGHT).sqrt().ceil().max(1.0);
-    let mut worst: f64 = 0.0;
-    let mut from = a.seen();
-    for number in 1..=count as usize {
-        let middle = on_edge(grid, a, b, (number as f64 - 0.5) / count);
-        let to = match number as f64 / count {
-            end if end < 1.0 => on_edge(grid, a, b, end),
-            _ => b.seen(),
-        };
-        worst = worst.max(Stretch::through([from, middle, to]).deviation(grid));
-        from = to;
-    }
-    worst
-}
-
-/// Column, row and height of a place on a straight edge in space.
-fn on_edge(grid: &HeightGrid, a: Place, b: Place, t: f64) -> DVec3 {
-    let mut geodetic = ellipsoid::to_geodetic(a.space.lerp(b.space, t));
-    geodetic.longitude += ((a.longitude - geodetic.longitude) / 360.0).round() * 360.0;
-    let at = DVec2::new(geodetic.longitude, geodetic.latitude);
-    grid.georeference.grid(at).extend(geodetic.height)
-}
-
-/// Part of a straight edge in space, so short that it is a parabola over the grid: column, row and height are
-/// `from + t (slope + t bend)`, with t from 0 to 1.
-struct Stretch {
-    from: DVec3,
-    slope: DVec3,
-    bend: DVec3,
-}
-
-impl Stretch {
-    /// The parabola through its two ends and, between these, its middle.
-    fn through([from, middle, to]: [DVec3; 3]) -> Self {
-        let bend = 2.0 * (from - 2.0 * middle + to);
-        let slope = to - from - bend;
-        Self { from, slope, bend }
+        self.worst = worst + between;
     }
 
-    fn at(&self, t: f64) -> DVec3 {
-        self.from + t * (self.slope + t * self.bend)
-    }
-
-    /// Height above the raster; none beside it.
-    fn difference(&self, grid: &HeightGrid, t: f64) -> Option<f64> {
-        let at = self.at(t);
-        grid.bilinear(at.truncate()).map(|height| at.z - height)
-    }
-
-    /// The largest difference.
-    fn deviation(&self, grid: &HeightGrid) -> f64 {
-        let mut worst: f64 = 0.0;
-        let [from, to] = [0.0, 1.0].map(|t| self.at(t).truncate());
-        scan::visit_cells(from, to, |start, end| {
-            worst = worst.max(self.deviation_between(grid, start, end))
+    /// The rectangle on the grid around edges that are bent there, as two triangles.
+    fn rectangle(&self, edges: &[usize; 3]) -> [[DVec2; 3]; 2] {
+        let stretches = edges.iter().flat_map(|&edge| &self.edges[edge].stretches);
+        let places = stretches.flat_map(|stretch| [0.0, 0.25, 0.5, 0.75, 1.0].map(|t| stretch.at(t).truncate()));
+        let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+            (low.min(at), high.max(at))
         });
-        worst
+        let (beside, below) = (DVec2::new(high.x, low.y), DVec2::new(low.x, high.y));
+        [[low, beside, below], [beside, high, below]]
     }
 
-    /// The largest difference between two parameters, inside one cell.
-    fn deviation_between(&self, grid: &HeightGrid, first: f64, last: f64) -> f64 {
-        let middle = (first + last) / 2.0;
-        // Where the surface ends, rounding may put the end of a piece beside the cell that the piece is in.
-        let inwards = |t: f64| self.difference(grid, t + (middle - t) * INWARDS);
-        let ends = [first, middle, last].map(|t| self.difference(grid, t).or_else(|| inwards(t)));
-        let worst = ends.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
-        let [Some(at_first), Some(at_middle), Some(at_last)] = ends else {
-            return worst;
-        };
-        let bend = at_first - 2.0 * at_middle + at_last;
-        let summit = (at_first - at_last) / (4.0 * bend);
-        if bend == 0.0 || summit.abs() >= 0.5 {
-            return worst;
+    fn all_edges(&mut self) {
+        for edge in &self.edges {
+            let mut worst = self.worst - edge.between;
+            for stretch in &edge.stretches {
+                worst = stretch.deviation(&self.relief, worst);
+            }
+            self.worst = worst + edge.between;
         }
-        let at_summit = self.difference(grid, middle + summit * (last - first));
-        worst.max(at_summit.unwrap_or(0.0).abs())
     }
 }
 
-/// How far, in cells, a straight line in space between the places can leave the straight line on the grid.
-fn corners_bulge(grid: &HeightGrid, corners: &[Place]) -> f64 {
-    let Some((first, rest)) = corners.split_first() else {
-        return 0.0;
-    };
-    let longest = rest
-        .iter()
-        .map(|corner| corner.space.distance_squared(first.space))
-        .fold(0.0, f64::max);
-    let cell = grid.georeference.cell_metres(first.grid).min_element();
-    let up = first.space.normalize();
-    let steepness = 1.0 + (up.z / up.truncate().length().max(1e-3)).abs();
-    // Twice the distance from the first corner bounds the third side, so four times its square.
-    4.0 * longest * steepness / (8.0 * LEAST_RADIUS) / cell
+fn ordered(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
-/// First and last column of the triangle between `row − margin` and `row + margin`, each moved out by the margin.
-fn span(row: f64, margin: f64, corners: [DVec2; 3]) -> (f64, f64) {
-    let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (p, q) in [
-        (corners[0], corners[1]),
-        (corners[1], corners[2]),
-        (corners[2], corners[0]),
-    ] {
-        let (low, high) = if p.y <= q.y { (p, q) } else { (q, p) };
-        let (bottom, top) = (low.y.max(row - margin), high.y.min(row + margin));
-        if bottom > top {
-            continue;
-        }
-        let at = |y: f64| low.lerp(high, (y - low.y) / (high.y - low.y)).x;
-        let ends = if high.y > low.y {
-            [at(bottom), at(top)]
-        } else {
-            [low.x, high.x]
-        };
-        from = from.min(ends[0]).min(ends[1]);
-        to = to.max(ends[0]).max(ends[1]);
+/// A triangle in space.
+struct Plane<'a> {
+    certifier: &'a Certifier<'a>,
+    corners: [DVec3; 3],
+    /// Twice its area long.
+    normal: DVec3,
+}
+
+impl Plane<'_> {
+    /// Metres by which it falls over a metre along the ground, at its first corner.
+    fn steepness(&self) -> f64 {
+        let up = self.corners[0].normalize();
+        (self.normal.cross(up).length() / self.normal.dot(up)).abs()
     }
-    (from - margin, to + margin)
+
+    /// Height of a point of the surface above the triangle, and the point.
+    #[inline(always)]
+    fn difference(&self, at: DVec2, height: f64) -> (f64, DVec3, DVec3) {
+        let (up, point) = self.certifier.above(at, height);
+        (
+            self.normal.dot(point - self.corners[0]) / self.normal.dot(up),
+            up,
+            point,
+        )
+    }
+
+    /// The larger of `worst` and the largest difference at a sample under the triangle; `grid` is where it may be.
+    fn deviation(&self, relief: &Relief, curvature: &Curvature, grid: [DVec2; 3], margin: f64, worst: f64) -> f64 {
+        let per_squared_side = curvature.in_block(1.0, self.steepness());
+        let worst = Cell::new(worst);
+        let may_matter = |block: &Block| {
+            if !self.certifier.reaches(block) {
+                return true;
+            }
+            let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+            for (at, height) in block.corners().into_iter().zip(block.patch) {
+                let (difference, ..) = self.difference(at, height);
+                least = least.min(difference);
+                greatest = greatest.max(difference);
+            }
+            let between = per_squared_side * block.side * block.side;
+            let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
+            // Not the other way round: what is not a number matters.
+            !(size + between <= worst.get())
+        };
+        let [a, b, c] = self.corners;
+        let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).length()));
+        relief.visit_samples(grid, margin, may_matter, |at, height| {
+            let (difference, up, point) = self.difference(at, height);
+            let covers = |&(p, q, least): &(DVec3, DVec3, f64)| up.dot((p - point).cross(q - point)) >= least;
+            if difference.abs() > worst.get() && sides.iter().all(covers) {
+                worst.set(difference.abs());
+            }
+        });
+        worst.get()
+    }
 }
 
 #[cfg(test)]

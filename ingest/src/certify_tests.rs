@@ -1,5 +1,8 @@
+use terrain_core::height_field::chunks::ChunksInMemory;
+
 use super::*;
 use crate::georeference::GeoReference;
+use crate::height_grid::HeightGrid;
 
 /// A raster at the equator: `columns` × `rows` samples a hundredth of a degree apart.
 fn raster(columns: usize, heights: Vec<f32>) -> HeightGrid {
@@ -9,8 +12,6 @@ fn raster(columns: usize, heights: Vec<f32>) -> HeightGrid {
         rows,
         heights,
         georeference: GeoReference::wgs84(columns, rows, DVec2::new(20.0, 0.0), DVec2::new(0.01, -0.01)),
-        vertical_datum: "unspecified".into(),
-        files: vec![],
     }
 }
 
@@ -35,7 +36,8 @@ fn error(grid: &HeightGrid, mesh: &Mesh, bound: Bound) -> f64 {
         latitude: p.y,
         height: p.z,
     };
-    Certifier::new(grid, bound).vertical_error(mesh, geodetic)
+    let chunks = ChunksInMemory::new(grid.whole());
+    Certifier::new(&grid.georeference, &chunks, bound).vertical_error(mesh, geodetic)
 }
 
 #[test]
@@ -53,7 +55,8 @@ fn an_edge_bends_inside_its_stretches_too() {
     let found = error(&grid, &sheet(&grid, [0.0; 4]), Bound::Surface);
     // The diagonal is cut into three stretches; its summit is in the middle of the second, and no sample is on it.
     let diagonal_squared = 3_339.6_f64.powi(2) + 1_106.6_f64.powi(2);
-    let expected = diagonal_squared / (8.0 * 6_357_000.0) + curvature_in_a_cell(&grid);
+    let expected = diagonal_squared / (8.0 * 6_357_000.0)
+        + Curvature::under(&grid.georeference, [4, 2], &[0..4, 0..2]).in_triangle(DVec2::ONE, 0.0, 0.0);
     assert!(
         (found / expected - 1.0).abs() < 0.02,
         "{found} m, expected {expected} m"

@@ -69,7 +69,8 @@ pub(crate) struct BuildArgs {
     /// Archive to write; the first DEM's name with .pmtiles, in the current folder, if not given.
     #[arg(short, long, value_name = "OUT.pmtiles")]
     pub(crate) output: Option<PathBuf>,
-    /// Largest error of the finest tiles, in metres; derived from the raster if not given, doubled a zoom upwards.
+    /// Largest error of the finest tiles, in metres, doubled a zoom upwards. If not given, an eighth of the shorter side of a
+    /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
     /// Where the error is bounded.
@@ -78,6 +79,13 @@ pub(crate) struct BuildArgs {
     /// How much work goes into few triangles; the error is the same for all.
     #[arg(long, value_enum, default_value = "default")]
     pub(crate) quality: Quality,
+    /// Where finished work is kept until the archive is whole, so that a build that was stopped can go on: a folder, or a bucket
+    /// as s3://bucket/path, gs://… or az://…; OUT.pmtiles.work if not given.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) work: Option<String>,
+    /// Leave the work where it is when the archive is whole: later builds take from it what has not changed.
+    #[arg(long)]
+    pub(crate) keep_work: bool,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
@@ -195,6 +203,9 @@ pub(crate) struct RunArgs {
     /// Threads to use; all cores if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
+    /// Memory to stay below, roughly, as 800M or 2G; a quarter of the machine's if not given.
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    pub(crate) memory: Option<u64>,
     /// Show no progress.
     #[arg(short, long)]
     pub(crate) quiet: bool,
@@ -238,4 +249,18 @@ fn bounds(text: &str) -> Result<[f64; 4], String> {
         .ok()
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| "needs four numbers: WEST,SOUTH,EAST,NORTH".to_owned())
+}
+
+/// Bytes, from a number with K, M, G or T behind it.
+fn size(text: &str) -> Result<u64, String> {
+    let (number, unit) = text.split_at(text.trim_end_matches(|unit: char| unit.is_ascii_alphabetic()).len());
+    let factor = match unit.to_ascii_uppercase().trim_end_matches("IB").trim_end_matches('B') {
+        "" => 1.0,
+        "K" => 1024.0,
+        "M" => 1_048_576.0,
+        "G" => 1_073_741_824.0,
+        "T" => 1_099_511_627_776.0,
+        _ => return Err("is a number with K, M, G or T behind it".to_owned()),
+    };
+    Ok((positive(number)? * factor) as u64)
 }

@@ -8,7 +8,12 @@ use std::time::Instant;
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_core::height_field::{reference, simplify};
-use terrain_ingest::{HeightGrid, Progress, ReadOptions, peak_memory, polygonal_model, pyramid, raster, tin, verify};
+use terrain_ingest::raster::Rasters;
+use terrain_ingest::store::Store;
+use terrain_ingest::stored_raster::{StoredRaster, TakeError};
+use terrain_ingest::{
+    HeightGrid, Progress, ReadOptions, peak_memory, polygonal_model, pyramid, quarter_of_memory, raster, tin, verify,
+};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
@@ -16,6 +21,7 @@ use crate::Failure;
 use crate::cli::{
     Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs,
 };
+use crate::work::Work;
 
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
@@ -32,13 +38,16 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let output = arguments.output.unwrap_or_else(|| default_output(&arguments.dems[0]));
     check_output(&output)?;
     let progress = prepare(&arguments.run)?;
-    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let rasters = open(&arguments.dems, arguments.raster, &progress)?;
     let options = pyramid::Options {
         max_error: arguments.max_error,
         bound: arguments.bound.into(),
         quality: arguments.quality.into(),
+        memory: memory(&arguments.run),
     };
-    let report = pyramid::build(&grid, &options, &output, &progress).map_err(Failure::Other)?;
+    let work = Work::begin(arguments.work, &output)?;
+    let built = pyramid::build(&rasters, &options, work.store(), &output, &progress);
+    let report = work.end(built, arguments.keep_work)?;
     print_finished(report, &output, started, arguments.run.json)
 }
 
@@ -83,18 +92,27 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
     if let Err(error) = std::fs::metadata(&arguments.subject) {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
-    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let memory = memory(&arguments.run);
+    let rasters = open(&arguments.dems, arguments.raster, &progress)?;
+    let work = tempfile::tempdir()
+        .context("a folder for samples")
+        .map_err(Failure::Other)?;
+    let store = Store::open(&work.path().display().to_string()).map_err(Failure::Other)?;
+    let stored = StoredRaster::take(&rasters, &store, memory, &progress).map_err(|error| match error {
+        TakeError::Read(error) => Failure::Input(error.into()),
+        TakeError::Store(error) => Failure::Other(error),
+    })?;
     let (json, subject) = (arguments.run.json, &arguments.subject);
     let holds = if has_extension(subject, &["ply", "obj"]) {
         let claim = arguments.max_error.map(|error| verify::Claim {
             error,
             bound: bound_name(arguments.bound).to_owned(),
         });
-        let report = verify::mesh(subject, &grid, claim).map_err(Failure::Input)?;
+        let report = verify::mesh(subject, stored.source(), claim, memory).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     } else {
-        let report = verify::archive(subject, &grid, &progress).map_err(Failure::Input)?;
+        let report = verify::archive(subject, stored.source(), memory, &progress).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     };
@@ -133,14 +151,26 @@ fn prepare(run: &RunArgs) -> Result<Progress, Failure> {
     })
 }
 
-fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
-    let options = ReadOptions {
+fn read_options(raster: RasterArgs, progress: &Progress) -> ReadOptions {
+    ReadOptions {
         crs: raster.crs,
         bounds: raster.bounds,
         progress: progress.clone(),
         ..ReadOptions::default()
-    };
-    let grid = raster::read(dems, &options).map_err(|error| Failure::Input(error.into()))?;
+    }
+}
+
+/// Bytes of memory to stay below, roughly.
+fn memory(run: &RunArgs) -> u64 {
+    run.memory.unwrap_or_else(quarter_of_memory)
+}
+
+fn open(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<Rasters, Failure> {
+    Rasters::open(dems, &read_options(raster, progress)).map_err(|error| Failure::Input(error.into()))
+}
+
+fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
+    let grid = raster::read(dems, &read_options(raster, progress)).map_err(|error| Failure::Input(error.into()))?;
     if !grid.has_surface() {
         let first = dems[0].display();
         return Err(Failure::Input(anyhow!(

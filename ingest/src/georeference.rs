@@ -6,6 +6,8 @@
 mod projection;
 mod table;
 
+use std::sync::Arc;
+
 use glam::{DAffine2, DMat2, DVec2};
 use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
 use thiserror::Error;
@@ -65,15 +67,26 @@ pub struct GeoReference {
     crs_name: String,
     columns: usize,
     rows: usize,
+    /// From the lattice of samples, of which this grid is a rectangle.
     to_crs: DAffine2,
+    /// Where the grid's first sample is on the lattice: whole numbers, so that adding them rounds nothing.
+    origin: DVec2,
     to_geographic: ToGeographic,
     is_ballpark: bool,
 }
 
+/// From the lattice of samples to longitude and latitude.
 #[derive(Clone, Debug)]
 enum ToGeographic {
-    Affine { forward: DAffine2, inverse: DAffine2 },
-    Table(Table),
+    Affine {
+        forward: DAffine2,
+        inverse: DAffine2,
+    },
+    /// `first` is where the table's own grid begins.
+    Table {
+        table: Arc<Table>,
+        first: DVec2,
+    },
 }
 
 impl GeoReference {
@@ -82,7 +95,7 @@ impl GeoReference {
     #[must_use]
     pub fn wgs84(columns: usize, rows: usize, first: DVec2, step: DVec2) -> Self {
         let to_crs = DAffine2::from_mat2_translation(DMat2::from_diagonal(step), first);
-        Self::affine_to_geographic("EPSG:4326", to_crs, columns, rows)
+        Self::affine_to_geographic("EPSG:4326", to_crs, DVec2::ZERO, columns, rows)
     }
 
     /// The samples of a grid of `columns` by `rows` in `crs`; `to_crs` maps grid coordinates to its coordinates, x
@@ -91,26 +104,45 @@ impl GeoReference {
     /// # Errors
     /// If PROJ cannot transform the whole raster to WGS84, continuously.
     pub fn new(crs: &Crs, to_crs: DAffine2, columns: usize, rows: usize) -> Result<Self, GeoReferenceError> {
+        Self::on_lattice(crs, to_crs, [0, 0], columns, rows)
+    }
+
+    /// The samples of a rectangle of a lattice: `to_crs` maps the lattice's coordinates, `origin` are those of the
+    /// rectangle's first sample. The same sample has the same place, bit for bit, in every rectangle where places are affine.
+    ///
+    /// # Errors
+    /// If PROJ cannot transform the whole rectangle to WGS84, continuously.
+    pub fn on_lattice(
+        crs: &Crs,
+        to_crs: DAffine2,
+        origin: [i64; 2],
+        columns: usize,
+        rows: usize,
+    ) -> Result<Self, GeoReferenceError> {
+        let origin = DVec2::new(origin[0] as f64, origin[1] as f64);
         let determinant = to_crs.matrix2.determinant();
         if !to_crs.is_finite() || determinant == 0.0 || !determinant.is_normal() {
             return Err(GeoReferenceError::Degenerate);
         }
-        let probes = probes(columns, rows);
+        let probes = probes(columns, rows)
+            .into_iter()
+            .map(|grid| grid + origin)
+            .collect::<Vec<_>>();
         let projection = Projection::new(crs, None)?;
         let geographic = projection.all_to_geographic(&to_crs, &probes)?;
         let mut georeference = if same_degrees(&to_crs, &probes, &geographic) {
-            Self::affine_to_geographic(&crs.name, to_crs, columns, rows)
+            Self::affine_to_geographic(&crs.name, to_crs, origin, columns, rows)
         } else {
-            Self::tabulated(crs, to_crs, columns, rows, &geographic)?
+            Self::tabulated(crs, to_crs, origin, [columns, rows], &geographic)?
         };
         georeference.is_ballpark |= projection.is_ballpark();
         georeference.check_latitudes()?;
         Ok(georeference)
     }
 
-    fn affine_to_geographic(crs_name: &str, to_crs: DAffine2, columns: usize, rows: usize) -> Self {
+    fn affine_to_geographic(crs_name: &str, to_crs: DAffine2, origin: DVec2, columns: usize, rows: usize) -> Self {
         let west = corners(columns, rows)
-            .map(|corner| to_crs.transform_point2(corner).x)
+            .map(|corner| to_crs.transform_point2(corner + origin).x)
             .into_iter()
             .fold(f64::INFINITY, f64::min);
         let mut forward = to_crs;
@@ -120,6 +152,7 @@ impl GeoReference {
             columns,
             rows,
             to_crs,
+            origin,
             to_geographic: ToGeographic::Affine {
                 forward,
                 inverse: forward.inverse(),
@@ -131,26 +164,40 @@ impl GeoReference {
     fn tabulated(
         crs: &Crs,
         to_crs: DAffine2,
-        columns: usize,
-        rows: usize,
+        origin: DVec2,
+        [columns, rows]: [usize; 2],
         probed: &[DVec2],
     ) -> Result<Self, GeoReferenceError> {
         let projection = Projection::new(crs, projection::area(probed))?;
-        let table = Table::new(columns, rows, |grid| projection.to_geographic(&to_crs, grid))?;
+        let mut table = Table::new(columns, rows, |grid| projection.to_geographic(&to_crs, grid + origin))?;
+        let west = edge(columns, rows)
+            .map(|grid| table.forward(grid).x)
+            .fold(f64::INFINITY, f64::min);
+        table.shift(DVec2::new(-whole_turns(west), 0.0));
         let is_ballpark = projection.is_ballpark();
-        let mut georeference = Self {
+        Ok(Self {
             crs_name: crs.name.clone(),
             columns,
             rows,
             to_crs,
-            to_geographic: ToGeographic::Table(table),
+            origin,
+            to_geographic: ToGeographic::Table {
+                table: Arc::new(table),
+                first: origin,
+            },
             is_ballpark,
-        };
-        let turns = whole_turns(georeference.geographic_bounds()[0]);
-        if let ToGeographic::Table(table) = &mut georeference.to_geographic {
-            table.shift(DVec2::new(-turns, 0.0));
+        })
+    }
+
+    /// The same places seen from a rectangle of these samples, whose first one is at `first`.
+    #[must_use]
+    pub fn window(&self, first: [i64; 2], columns: usize, rows: usize) -> Self {
+        Self {
+            columns,
+            rows,
+            origin: self.origin + DVec2::new(first[0] as f64, first[1] as f64),
+            ..self.clone()
         }
-        Ok(georeference)
     }
 
     fn check_latitudes(&self) -> Result<(), GeoReferenceError> {
@@ -170,6 +217,14 @@ impl GeoReference {
         &self.crs_name
     }
 
+    /// All that places on the lattice depend on: where they are affine, not how far the samples reach.
+    pub(crate) fn fingerprint(&self) -> String {
+        match &self.to_geographic {
+            ToGeographic::Affine { forward, .. } => format!("{forward:?}"),
+            ToGeographic::Table { table, first } => format!("{} {first:?}", table.fingerprint()),
+        }
+    }
+
     /// True where PROJ had no datum shift to WGS84 and took the coordinates for WGS84's, which may be a hundred metres
     /// off.
     #[must_use]
@@ -180,13 +235,13 @@ impl GeoReference {
     /// Grid coordinates to coordinates of the raster's reference system, in its units, x to the east.
     #[must_use]
     pub fn affine(&self) -> DAffine2 {
-        self.to_crs
+        self.to_crs * DAffine2::from_translation(self.origin)
     }
 
     /// [`Self::affine`] of one point.
     #[must_use]
     pub fn crs_coordinates(&self, grid: DVec2) -> DVec2 {
-        self.to_crs.transform_point2(grid)
+        self.to_crs.transform_point2(grid + self.origin)
     }
 
     /// True where longitude and latitude are an affine function of grid coordinates, exactly.
@@ -200,8 +255,8 @@ impl GeoReference {
     #[must_use]
     pub fn geographic(&self, grid: DVec2) -> DVec2 {
         match &self.to_geographic {
-            ToGeographic::Affine { forward, .. } => forward.transform_point2(grid),
-            ToGeographic::Table(table) => table.forward(grid),
+            ToGeographic::Affine { forward, .. } => forward.transform_point2(grid + self.origin),
+            ToGeographic::Table { table, first } => table.forward(grid + (self.origin - *first)),
         }
     }
 
@@ -209,8 +264,8 @@ impl GeoReference {
     #[must_use]
     pub fn grid(&self, geographic: DVec2) -> DVec2 {
         match &self.to_geographic {
-            ToGeographic::Affine { inverse, .. } => inverse.transform_point2(geographic),
-            ToGeographic::Table(table) => table.inverse(geographic),
+            ToGeographic::Affine { inverse, .. } => inverse.transform_point2(geographic) - self.origin,
+            ToGeographic::Table { table, first } => table.inverse(geographic) - (self.origin - *first),
         }
     }
 
@@ -219,7 +274,7 @@ impl GeoReference {
     pub fn cell_metres(&self, grid: DVec2) -> DVec2 {
         let degrees = match &self.to_geographic {
             ToGeographic::Affine { forward, .. } => forward.matrix2,
-            ToGeographic::Table(table) => table.jacobian(grid),
+            ToGeographic::Table { table, first } => table.jacobian(grid + (self.origin - *first)),
         };
         let metres_per_degree = metres_per_degree(self.geographic(grid).y);
         let length = |step: DVec2| (step * metres_per_degree).length();
@@ -231,7 +286,7 @@ impl GeoReference {
     pub fn geographic_bounds(&self) -> [f64; 4] {
         let edge: Vec<DVec2> = match self.to_geographic {
             ToGeographic::Affine { .. } => corners(self.columns, self.rows).to_vec(),
-            ToGeographic::Table(_) => edge(self.columns, self.rows).collect(),
+            ToGeographic::Table { .. } => edge(self.columns, self.rows).collect(),
         };
         let (low, high) = edge
             .into_iter()

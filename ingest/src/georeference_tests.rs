@@ -137,3 +137,27 @@ fn what_has_no_longitude_and_latitude_is_refused() {
         GeoReferenceError::Degenerate
     );
 }
+
+#[test]
+fn a_raster_of_40_000_by_40_000_samples_has_a_table() {
+    let to_crs = north_up([300_000.0, 5_300_000.0], 10.0);
+    let georeference = GeoReference::new(&crs("EPSG:32632"), to_crs, 40_000, 40_000).unwrap();
+    let corner = DVec2::splat(39_999.0);
+    let again = georeference.grid(georeference.geographic(corner));
+    assert!((again - corner).length() < 1e-6, "{again}");
+}
+
+#[test]
+fn beside_a_pole_longitude_is_continuous_and_around_it_is_not() {
+    let beside = north_up([10_000.0, 90_000.0], 1000.0);
+    let georeference = GeoReference::new(&crs("EPSG:3413"), beside, 80, 80).unwrap();
+    let proj = proj::Proj::new_known_crs("EPSG:3413", "EPSG:4326", None).unwrap();
+    for grid in scattered(80, 80) {
+        let point = georeference.crs_coordinates(grid);
+        let (longitude, latitude) = proj.convert((point.x, point.y)).unwrap();
+        let cells = (georeference.grid(DVec2::new(longitude, latitude)) - grid).length();
+        assert!(cells < 1e-4, "{grid} comes back {cells} cells off");
+    }
+    let around = GeoReference::new(&crs("EPSG:3413"), north_up([-40_000.0, 40_000.0], 1000.0), 80, 80);
+    assert_eq!(around.unwrap_err(), GeoReferenceError::Discontinuous);
+}

@@ -1,6 +1,9 @@
 //! Heights on the samples of a raster: what everything after reading starts from.
 
+use std::ops::Range;
+
 use glam::DVec2;
+use terrain_core::height_field::heights::Heights;
 
 use crate::georeference::GeoReference;
 
@@ -18,10 +21,6 @@ pub struct HeightGrid {
     pub heights: Vec<f32>,
     /// Where the samples are.
     pub georeference: GeoReference,
-    /// Name of the vertical datum, `unspecified` where the raster does not say. Heights are passed through.
-    pub vertical_datum: String,
-    /// Names of the files without their folders.
-    pub files: Vec<String>,
 }
 
 impl HeightGrid {
@@ -36,6 +35,22 @@ impl HeightGrid {
                 .zip(pair[1].windows(2))
                 .any(|(above, below)| whole(above, below))
         })
+    }
+
+    /// All samples, as those of one window.
+    #[must_use]
+    pub fn whole(&self) -> Heights<'_> {
+        Heights {
+            columns: self.columns,
+            rows: self.rows,
+            samples: &self.heights,
+        }
+    }
+
+    /// Heights of a rectangle of samples, row by row.
+    pub(crate) fn heights_in(&self, columns: &Range<usize>, rows: &Range<usize>) -> Vec<f32> {
+        let row = |row: usize| &self.heights[row * self.columns..][columns.clone()];
+        rows.clone().flat_map(row).copied().collect()
     }
 
     /// The sample at a column and a row, NaN where void.

@@ -8,8 +8,6 @@ fn grid(heights: [f32; 6]) -> HeightGrid {
         rows: 2,
         heights: heights.to_vec(),
         georeference: GeoReference::wgs84(3, 2, DVec2::new(10.0, 50.0), DVec2::new(0.5, -0.25)),
-        vertical_datum: "unspecified".to_owned(),
-        files: Vec::new(),
     }
 }
 

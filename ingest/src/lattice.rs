@@ -2,7 +2,7 @@
 //! lies in one piece; only the address of a finished tile wraps.
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::address::{LEAF_EXTENT_BITS, Side, TileAddress};
+use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::progressive::Sampling;
 
 use crate::georeference::GeoReference;
@@ -10,6 +10,31 @@ use crate::georeference::GeoReference;
 /// Lattice units between a tile's side and the inner line of the strip along it. A collapse on the side then disturbs
 /// nothing but the strip.
 pub(crate) const STRIP: i64 = 4;
+
+/// Lattice units along a side of a leaf tile, as a power of two, where that is fine enough, and at most: beyond, the exact
+/// tests of the triangulation would leave their integers.
+const LEAF_BITS: [f64; 2] = [15.0, 28.0];
+/// Lattice units along a side of a root tile, as a power of two, at most: what the tile format takes.
+const MOST_ROOT_BITS: f64 = 40.0;
+/// Asked errors by which the rounding of a vertex in plan may change its height, at most.
+const ROUNDING_SHARE: f64 = 0.25;
+/// Height steps in the asked error, at least, as a power of two.
+const STEPS_IN_AN_ERROR: f64 = 6.0;
+/// Height steps of the highest height, as a power of two, at most: one less than what the tile format takes.
+const MOST_STEPS: f64 = 30.0;
+
+/// What a lattice must be fine enough for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Demand {
+    /// Shorter side of a cell, in degrees of latitude.
+    pub(crate) cell: f64,
+    /// Largest error of a leaf, metres.
+    pub(crate) max_error: f64,
+    /// Greatest difference between two neighbouring samples, metres.
+    pub(crate) steepest_step: f64,
+    /// Greatest height above or depth below 0, metres.
+    pub(crate) farthest_height: f64,
+}
 
 /// A square of the pyramid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -21,12 +46,12 @@ pub(crate) struct Square {
 }
 
 impl Square {
-    pub(crate) fn parent(self) -> Self {
-        Self {
-            zoom: self.zoom - 1,
-            x: self.x.div_euclid(2),
-            y: self.y / 2,
-        }
+    pub(crate) fn children(self) -> [Self; 4] {
+        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| Self {
+            zoom: self.zoom + 1,
+            x: 2 * self.x + x,
+            y: 2 * self.y + y,
+        })
     }
 
     pub(crate) fn address(self) -> TileAddress {
@@ -92,17 +117,35 @@ impl Edge {
     }
 }
 
-/// The global lattice of one archive: units of its leaf tiles' 2^15th part.
+/// The global lattice of one archive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lattice {
     pub(crate) leaf_zoom: u8,
+    /// The side of a leaf tile is 2^this units.
+    pub(crate) leaf_bits: u8,
     /// Heights are multiples of 2^this metres.
     pub(crate) height_exponent: i8,
 }
 
 impl Lattice {
+    /// The coarsest lattice on which rounding leaves most of the error to the triangles, as far as the formats reach.
+    pub(crate) fn new(leaf_zoom: u8, demand: Demand) -> Self {
+        // Half a unit along a column and along a row, each across the steepest step.
+        let units_in_a_cell = demand.steepest_step / (ROUNDING_SHARE * demand.max_error);
+        let cells = 180.0 / f64::from(leaf_zoom).exp2() / demand.cell;
+        let most = LEAF_BITS[1].min(MOST_ROOT_BITS - f64::from(leaf_zoom));
+        let leaf_bits = (cells * units_in_a_cell).log2().ceil().clamp(LEAF_BITS[0], most);
+        let for_the_error = demand.max_error.log2().floor() - STEPS_IN_AN_ERROR;
+        let for_the_format = demand.farthest_height.max(1.0).log2().ceil() - MOST_STEPS;
+        Self {
+            leaf_zoom,
+            leaf_bits: leaf_bits as u8,
+            height_exponent: for_the_error.clamp(-20.0, 20.0).max(for_the_format) as i8,
+        }
+    }
+
     pub(crate) fn extent_bits(self, zoom: u8) -> u8 {
-        LEAF_EXTENT_BITS + self.leaf_zoom - zoom
+        self.leaf_bits + self.leaf_zoom - zoom
     }
 
     /// Units along a square's side.
@@ -111,7 +154,7 @@ impl Lattice {
     }
 
     pub(crate) fn degrees_per_unit(self) -> f64 {
-        180.0 / (1_u64 << (LEAF_EXTENT_BITS + self.leaf_zoom)) as f64
+        180.0 / (1_u64 << (self.leaf_bits + self.leaf_zoom)) as f64
     }
 
     pub(crate) fn height_step(self) -> f64 {
@@ -133,11 +176,12 @@ impl Lattice {
         DVec2::new(square.x as f64, square.y as f64) * self.extent(square.zoom) as f64
     }
 
-    /// Where the samples of a raster of that many rows lie in a square, if they do in columns and rows along the lattice's axes.
-    pub(crate) fn sampling(self, georeference: &GeoReference, rows: usize, square: Square) -> Option<Sampling> {
-        let last_row = rows.saturating_sub(1) as f64;
-        let at = |column: f64, row: f64| {
-            let geographic = georeference.geographic(DVec2::new(column, last_row - row));
+    /// Where the samples of a raster lie in a square, if they do in columns and rows along the lattice's axes: the place is that
+    /// of the sample, or where one would be, next to the square's south-west corner.
+    pub(crate) fn sampling(self, georeference: &GeoReference, square: Square) -> Option<Sampling> {
+        let nearest = georeference.grid(self.geographic(self.origin(square))).round();
+        let at = |columns: f64, rows_up: f64| {
+            let geographic = georeference.geographic(nearest + DVec2::new(columns, -rows_up));
             self.global(geographic) - self.origin(square)
         };
         let [corner, beside, above] = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
@@ -155,3 +199,7 @@ impl Lattice {
         position + offset.extend(0.0)
     }
 }
+
+#[cfg(test)]
+#[path = "lattice_tests.rs"]
+mod tests;

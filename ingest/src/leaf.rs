@@ -14,16 +14,14 @@ use glam::{DVec2, DVec3};
 use terrain_core::Surface;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::refine::{Frame, Refinement, refine};
-use terrain_core::height_field::triangulate::{Outline, stepped, triangulate};
+use terrain_core::height_field::triangulate::{Outline, stepped, triangulate_beside};
 use terrain_core::mesh;
 use terrain_tiles::address::Side;
 
-use crate::border::{BorderCurve, Run};
+use crate::border::{BorderCurve, BorderSource, Run};
 use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, STRIP, Square};
-
-/// How far along a side, in lattice units, rounding may put the end of an outline from the end of the side's run.
-const ROUNDING: i64 = 16;
+use crate::raster_outline::crossing;
 
 /// The frame of a square in its own lattice coordinates.
 pub(crate) fn frame(lattice: Lattice, square: Square) -> Frame {
@@ -58,7 +56,8 @@ pub(crate) fn side_start(lattice: Lattice, square: Square, side: Side) -> i64 {
     square.edge(side).along * lattice.extent(square.zoom)
 }
 
-/// Builds the finest surface of a leaf, in its lattice coordinates and metres; without triangles where the raster has no surface there.
+/// Builds the finest surface of a leaf, in its lattice coordinates and metres; without triangles where the raster has no surface there. And by
+/// how many lattice units its outline was moved from the raster's, but for rounding.
 ///
 /// # Errors
 /// When the raster's outline cannot be triangulated.
@@ -69,7 +68,7 @@ pub(crate) fn finest_surface<'a>(
     square: Square,
     sides: [&BorderCurve; 4],
     tolerance: f64,
-) -> Result<Surface<'a>> {
+) -> Result<(Surface<'a>, f64)> {
     let mut builder = Builder {
         lattice,
         georeference,
@@ -78,15 +77,17 @@ pub(crate) fn finest_surface<'a>(
         sides,
         extent: lattice.extent(square.zoom),
         outline: Outline::default(),
+        boundary: vec![],
+        moved: 0.0,
         numbers: HashMap::new(),
         on_inner_lines: vec![],
     };
     builder.add_sides();
     builder.add_raster_outline();
     builder.add_inner_lines();
-    let mut mesh = triangulate(&builder.outline, |plan| builder.is_inside(plan))
+    let mut mesh = triangulate_beside(&builder.outline, &builder.boundary)
         .with_context(|| format!("tile {}", square.address()))?;
-    mesh::separate_fans(&mut mesh, |position| is_on_side(position, lattice.extent(square.zoom)));
+    mesh::separate_fans(&mut mesh, |_| false);
     let mut surface = Surface::new(&mesh, reference);
     let refinement = Refinement {
         tolerance,
@@ -94,7 +95,7 @@ pub(crate) fn finest_surface<'a>(
         frame: Some(frame(lattice, square)),
     };
     refine(&mut surface, refinement);
-    Ok(surface)
+    Ok((surface, builder.moved))
 }
 
 /// Whether a lattice position lies on a side of its square, where it is shared with neighbours.
@@ -112,6 +113,10 @@ struct Builder<'a> {
     sides: [&'a BorderCurve; 4],
     extent: i64,
     outline: Outline,
+    /// Segments with the surface to their left.
+    boundary: Vec<[u32; 2]>,
+    /// Lattice units by which samples of the outline were moved, at most.
+    moved: f64,
     numbers: HashMap<[i64; 2], u32>,
     /// Where the raster's outline crosses the strip's inner lines.
     on_inner_lines: Vec<[i64; 2]>,
@@ -128,100 +133,86 @@ impl Builder<'_> {
     }
 
     fn surface_vertex(&mut self, at: [i64; 2]) -> u32 {
-        let grid = self.grid(DVec2::new(at[0] as f64, at[1] as f64));
-        let height = self.reference.height_near(grid).unwrap_or(0.0);
+        let global = DVec2::new(at[0] as f64, at[1] as f64) + self.lattice.origin(self.square);
+        let height = self.source().height_at(global);
         self.vertex(at, stepped(height, self.lattice.height_step()))
     }
 
-    fn grid(&self, plan: DVec2) -> DVec2 {
-        self.georeference
-            .grid(self.lattice.geographic(plan + self.lattice.origin(self.square)))
-    }
-
-    fn plan(&self, grid: DVec2) -> DVec2 {
-        self.lattice.global(self.georeference.geographic(grid)) - self.lattice.origin(self.square)
-    }
-
-    fn is_inside(&self, plan: DVec2) -> bool {
-        let cell = self.grid(plan).floor();
-        self.reference.cell_is_valid(cell.x as i64, cell.y as i64)
+    fn source(&self) -> BorderSource<'_> {
+        BorderSource {
+            lattice: self.lattice,
+            georeference: self.georeference,
+            heights: self.reference.heights,
+        }
     }
 
     fn add_sides(&mut self) {
         for (side, curve) in Side::ALL.into_iter().zip(self.sides) {
             let start = side_start(self.lattice, self.square, side);
-            let mut covered = 0;
             for run in own_runs(curve, side) {
-                let [first, last] = run.ends();
-                covered += last - first;
                 let mut before = None;
                 for (along, height, _) in run.vertices() {
                     let at = on_side(side, (along - start) as f64, self.extent as f64);
                     let number = self.vertex([at.x as i64, at.y as i64], height);
                     if let Some(before) = before {
-                        self.outline.segments.push([before, number]);
+                        let is_forwards = matches!(side, Side::South | Side::East);
+                        let ends = if is_forwards {
+                            [before, number]
+                        } else {
+                            [number, before]
+                        };
+                        self.boundary.push(ends);
                     }
                     before = Some(number);
                 }
             }
-            self.outline.has_outside |= covered != self.extent;
         }
     }
 
-    /// Every edge of the grid with surface on one side only, cut at the square's sides and inner lines.
+    /// Every step of the raster's outline, cut at the square's sides and inner lines.
     fn add_raster_outline(&mut self) {
-        for [from, to] in self.outline_steps() {
-            let (from, to) = (self.plan(from).round(), self.plan(to).round());
-            let mut cuts = vec![0.0, 1.0];
-            for line in self.lines() {
-                cuts.extend(cut(from.x, to.x, line));
-                cuts.extend(cut(from.y, to.y, line));
-            }
-            cuts.sort_by(f64::total_cmp);
-            for pair in cuts.windows(2) {
-                self.add_outline_piece(from.lerp(to, pair[0]).round(), from.lerp(to, pair[1]).round());
+        let origin = self.lattice.origin(self.square);
+        let corner = [origin.x as i64, origin.y as i64];
+        let steps = self.source().steps_around(origin, origin + self.extent as f64);
+        for step in steps {
+            let [from, to] = step.ends.map(|at| [at[0] - corner[0], at[1] - corner[1]]);
+            let points = self.cut(from, to);
+            for pair in points.windows(2) {
+                if self.add_outline_piece(pair[0], pair[1]) {
+                    self.moved = self.moved.max(step.moved);
+                }
             }
         }
     }
 
-    fn lines(&self) -> [f64; 4] {
-        [0, STRIP, self.extent - STRIP, self.extent].map(|line| line as f64)
+    /// The ends of a step and where it passes the square's sides and inner lines, in order.
+    fn cut(&self, from: [i64; 2], to: [i64; 2]) -> Vec<[i64; 2]> {
+        let mut points = vec![from, to];
+        for axis in [0, 1] {
+            for (line, margin) in [(0, 0), (STRIP, STRIP), (self.extent - STRIP, STRIP), (self.extent, 0)] {
+                let along = crossing([from, to], axis, line);
+                let on_it = along.filter(|along| (margin..=self.extent - margin).contains(along));
+                points.extend(on_it.map(|along| if axis == 0 { [line, along] } else { [along, line] }));
+            }
+        }
+        let product =
+            |at: &[i64; 2], axis: usize| i128::from(at[axis] - from[axis]) * i128::from(to[axis] - from[axis]);
+        points.sort_by_key(|at| product(at, 0) + product(at, 1));
+        points.dedup();
+        points
     }
 
-    fn add_outline_piece(&mut self, from: DVec2, to: DVec2) {
-        let extent = self.extent as f64;
-        let middle = (from + to) / 2.0;
-        let inside = middle.min_element() > 0.0 && middle.max_element() < extent;
-        if !inside || from == to {
-            return;
+    /// Adds a piece that is inside the square.
+    fn add_outline_piece(&mut self, from: [i64; 2], to: [i64; 2]) -> bool {
+        let is_inside = (0..2).all(|axis| (1..2 * self.extent).contains(&(from[axis] + to[axis])));
+        if is_inside && from != to {
+            let ends = [from, to].map(|end| self.outline_vertex(end));
+            self.boundary.push(ends);
         }
-        self.outline.has_outside = true;
-        let ends = [from, to].map(|end| self.outline_vertex([end.x as i64, end.y as i64]));
-        if ends[0] != ends[1] {
-            self.outline.segments.push(ends);
-        }
+        is_inside
     }
 
     fn outline_vertex(&mut self, at: [i64; 2]) -> u32 {
-        for (side, curve) in Side::ALL.into_iter().zip(self.sides) {
-            let start = side_start(self.lattice, self.square, side);
-            let (across, along) = if side_is_meridian(side) {
-                (at[0], at[1])
-            } else {
-                (at[1], at[0])
-            };
-            if across != if own_half(side) == 1 { 0 } else { self.extent } {
-                continue;
-            }
-            let ends = own_runs(curve, side).flat_map(Run::ends).map(|end| end - start);
-            if let Some(end) = ends
-                .min_by_key(|end| (end - along).abs())
-                .filter(|end| (end - along).abs() <= ROUNDING)
-            {
-                let at = on_side(side, end as f64, self.extent as f64);
-                return self.surface_vertex([at.x as i64, at.y as i64]);
-            }
-        }
         let inner = [STRIP, self.extent - STRIP];
         if at.iter().any(|coordinate| inner.contains(coordinate)) {
             self.on_inner_lines.push(at);
@@ -245,57 +236,10 @@ impl Builder<'_> {
                 let at = |along: i64| if axis == 0 { [line, along] } else { [along, line] };
                 for pair in stops.windows(2) {
                     let [from, to] = [at(pair[0]), at(pair[1])];
-                    let middle = DVec2::new((from[0] + to[0]) as f64 / 2.0, (from[1] + to[1]) as f64 / 2.0);
-                    if self.is_inside(middle) {
-                        let segment = [self.surface_vertex(from), self.surface_vertex(to)];
-                        self.outline.segments.push(segment);
-                    }
+                    let segment = [self.surface_vertex(from), self.surface_vertex(to)];
+                    self.outline.segments.push(segment);
                 }
             }
         }
     }
-
-    /// Grid edges between a valid and an invalid cell in the part of the raster that the square may touch.
-    fn outline_steps(&self) -> Vec<[DVec2; 2]> {
-        let extent = self.extent as f64;
-        let places = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * extent);
-        let around = places
-            .iter()
-            .flat_map(|&x| places.iter().map(move |&y| DVec2::new(x, y)));
-        let (low, high) = around
-            .map(|plan| self.grid(plan))
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), grid| {
-                (low.min(grid), high.max(grid))
-            });
-        let limit = DVec2::new(self.reference.columns as f64, self.reference.rows as f64);
-        let (low, high) = ((low - 3.0).max(DVec2::ZERO).floor(), (high + 3.0).min(limit).ceil());
-        let valid = |column: f64, row: f64| self.reference.cell_is_valid(column as i64, row as i64);
-        let mut steps = Vec::new();
-        let mut row = low.y;
-        while row <= high.y {
-            let mut column = low.x;
-            while column <= high.x {
-                let corner = DVec2::new(column, row);
-                let here = valid(column, row);
-                if here != valid(column - 1.0, row) {
-                    steps.push([corner, corner + DVec2::Y]);
-                }
-                if here != valid(column, row - 1.0) {
-                    steps.push([corner, corner + DVec2::X]);
-                }
-                column += 1.0;
-            }
-            row += 1.0;
-        }
-        steps
-    }
-}
-
-fn side_is_meridian(side: Side) -> bool {
-    matches!(side, Side::West | Side::East)
-}
-
-/// Parameter at which a coordinate passes a line, if strictly between its ends.
-fn cut(from: f64, to: f64, line: f64) -> Option<f64> {
-    ((from - line) * (to - line) < 0.0).then(|| (line - from) / (to - from))
 }

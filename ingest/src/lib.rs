@@ -2,6 +2,8 @@
 
 mod border;
 mod certify;
+mod chunks;
+mod coarse;
 pub mod georeference;
 pub mod height_grid;
 mod lattice;
@@ -13,12 +15,15 @@ pub mod polygonal_model;
 pub mod progress;
 pub mod pyramid;
 pub mod raster;
+mod raster_outline;
 pub mod samples;
+pub mod store;
+pub mod stored_raster;
 pub mod tin;
 pub mod verify;
 
 pub use georeference::GeoReference;
 pub use height_grid::HeightGrid;
-pub use memory::peak_memory;
+pub use memory::{peak_memory, quarter_of_memory};
 pub use progress::Progress;
 pub use raster::{ReadError, ReadOptions};

@@ -2,6 +2,7 @@
 
 mod cli;
 mod commands;
+mod work;
 
 use std::process::ExitCode;
 

@@ -12,18 +12,19 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
-use terrain_core::height_field::reference::{Bound, Reference};
+use terrain_core::height_field::reference::Reference;
+use terrain_core::height_field::refine::Frame;
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
-use terrain_tiles::ellipsoid::Geodetic;
+use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS};
 use terrain_tiles::formats::spt;
 use terrain_tiles::tile::{Detail, Tile};
 
 use crate::border::BorderCurve;
 use crate::certify::Certifier;
-use crate::height_grid::HeightGrid;
+use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, STRIP, Square};
 use crate::leaf;
 
@@ -36,16 +37,13 @@ const AGREEMENT: f64 = 1e-5;
 const RUNGS: i32 = 2;
 /// No triangle is lower than this in plan, lattice units.
 const LEAST_ALTITUDE: f64 = 2.0;
-/// Mean radius of the Earth, metres.
-const EARTH_RADIUS: f64 = 6_371_000.0;
 
 /// What all tiles of a build share.
 pub(crate) struct Build<'a> {
-    pub(crate) grid: &'a HeightGrid,
+    pub(crate) georeference: &'a GeoReference,
     pub(crate) lattice: Lattice,
-    pub(crate) bound: Bound,
     pub(crate) quality: Quality,
-    pub(crate) certifier: Certifier<'a>,
+    pub(crate) certifier: &'a Certifier<'a>,
 }
 
 /// A finest mesh and what is claimed of it so far.
@@ -53,16 +51,18 @@ pub(crate) struct Finest {
     pub(crate) mesh: Mesh,
     /// Metres by which collapses may have moved the outline from the raster's.
     pub(crate) outline_strayed: f64,
+    /// What is claimed of it, metres, where it was measured as the coarsest surface of the tiles below.
+    pub(crate) error: Option<f64>,
 }
 
 /// A finished tile.
 pub(crate) struct Node {
     pub(crate) square: Square,
     pub(crate) bytes: Vec<u8>,
-    /// The coarsest surface, in this tile's lattice coordinates.
-    pub(crate) coarsest: Mesh,
     pub(crate) finest_error: f64,
     pub(crate) coarsest_error: f64,
+    /// What was measured of it, a little rounded up; no more than is claimed.
+    pub(crate) coarsest_measured: f64,
     pub(crate) outline_error: f64,
     /// The part of it that the parent inherits: what collapses did, without the bulge of straight edges in space.
     pub(crate) outline_strayed: f64,
@@ -116,14 +116,15 @@ impl Build<'_> {
             address: square.address(),
             extent_bits: self.lattice.extent_bits(square.zoom),
             height_exponent: self.lattice.height_exponent,
-            sampling: self.lattice.sampling(&self.grid.georeference, self.grid.rows, square),
+            sampling: self.lattice.sampling(self.georeference, square),
             partition,
             outline_errors,
         };
-        self.finish(square, self.certified(square, tile), outline_strayed)
+        let (tile, coarsest_measured) = self.certified(square, tile, finest.error);
+        self.finish(square, tile, coarsest_measured, outline_strayed)
     }
 
-    fn finish(&self, square: Square, tile: Tile, outline_strayed: f64) -> Result<Node> {
+    fn finish(&self, square: Square, tile: Tile, coarsest_measured: f64, outline_strayed: f64) -> Result<Node> {
         let bytes = spt::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
         let levels = &tile.partition.levels;
         let finest = tile.surface(tile.finest());
@@ -131,9 +132,9 @@ impl Build<'_> {
         Ok(Node {
             square,
             bytes,
-            coarsest: tile.surface(tile.coarsest()),
             finest_error: f64::from(spt::rounded_up(levels[levels.len() - 1].error)),
             coarsest_error: f64::from(spt::rounded_up(levels[0].error)),
+            coarsest_measured,
             outline_error: f64::from(spt::rounded_up(tile.outline_errors[0])),
             outline_strayed,
             triangles: finest.triangles.len(),
@@ -152,18 +153,16 @@ impl Build<'_> {
         sides: [&BorderCurve; 4],
         tolerance: f64,
     ) -> Result<()> {
-        let key = |p: DVec2| [p.x as i64, p.y as i64];
-        let numbers: HashMap<[i64; 2], u32> = (0_u32..)
-            .zip(&mesh.positions)
-            .map(|(number, position)| (key(position.truncate()), number))
-            .collect();
+        let numbers = SideVertices::new(mesh, leaf::frame(self.lattice, square));
         let extent = self.lattice.extent(square.zoom) as f64;
         for (side, curve) in Side::ALL.into_iter().zip(sides).rev() {
             let start = leaf::side_start(self.lattice, square, side);
             for run in leaf::own_runs(curve, side) {
+                let [first, _] = run.ends();
                 let vertex = |(along, _, is_coarse): (i64, f64, bool)| {
                     let at = leaf::on_side(side, (along - start) as f64, extent);
-                    numbers.get(&key(at)).map(|&number| (number, is_coarse))
+                    let number = numbers.at(side, at, along == first);
+                    number.map(|number| (number, is_coarse))
                 };
                 let vertices: Option<Vec<(u32, bool)>> = run.vertices().map(vertex).collect();
                 let vertices = vertices
@@ -176,12 +175,13 @@ impl Build<'_> {
         Ok(())
     }
 
-    /// Fills in the error of every level: measured, and never smaller than that of a finer one.
-    fn certified(&self, square: Square, mut tile: Tile) -> Tile {
+    /// Fills in the error of every level: measured, and never smaller than that of a finer one. Also tells what was measured
+    /// of the coarsest one.
+    fn certified(&self, square: Square, mut tile: Tile, known: Option<f64>) -> (Tile, f64) {
         let interior = tile.interior_levels();
-        let full = self.error_of(square, &tile.surface(tile.finest()));
+        let full = known.unwrap_or_else(|| self.error_of(square, &tile.surface(tile.finest())));
         let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
-        let mut error = full;
+        let (mut error, mut measured) = (full, full);
         let count = tile.partition.levels.len();
         let mut outline = tile.outline_errors[count - 1] + bulge(&tile.surface(tile.finest()));
         tile.partition.levels[count - 1].error = full;
@@ -191,7 +191,8 @@ impl Build<'_> {
                 interior: level,
                 fine_sides: [false; 4],
             });
-            error = self.error_of(square, &mesh).max(error);
+            measured = self.error_of(square, &mesh);
+            error = error.max(measured);
             outline = outline.max(tile.outline_errors[level] + bulge(&mesh));
             let last = if level + 1 == interior { count - 1 } else { level + 1 };
             for index in level..last {
@@ -199,7 +200,7 @@ impl Build<'_> {
                 tile.outline_errors[index] = outline;
             }
         }
-        tile
+        (tile, measured)
     }
 
     fn error_of(&self, square: Square, mesh: &Mesh) -> f64 {
@@ -230,12 +231,45 @@ impl Build<'_> {
             }
             let [from, to] = [a, b].map(|p| self.geodetic(square, p));
             let latitude = from.latitude.abs().max(to.latitude.abs()).min(89.9).to_radians();
-            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * EARTH_RADIUS;
-            let north = (to.latitude - from.latitude).to_radians() * EARTH_RADIUS;
-            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * EARTH_RADIUS))
+            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * MEAN_RADIUS;
+            let north = (to.latitude - from.latitude).to_radians() * MEAN_RADIUS;
+            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * MEAN_RADIUS))
         });
         bulges.fold(0.0, f64::max)
     }
+}
+
+/// The vertices on a tile's sides. Where the outline touches itself there are several at one place, so that they are known
+/// by the edge along the side that they end.
+struct SideVertices {
+    /// For whether it is the edge's first one, seen along the side, and whether the side is a meridian: by place.
+    numbers: HashMap<(bool, bool, [i64; 2]), u32>,
+}
+
+impl SideVertices {
+    fn new(mesh: &Mesh, frame: Frame) -> Self {
+        let mut numbers = HashMap::new();
+        for (a, b) in boundary_edges(&mesh.triangles) {
+            let [from, to] = [a, b].map(|vertex| mesh.positions[vertex as usize].truncate());
+            if !frame.along_side(from, to) {
+                continue;
+            }
+            let is_meridian = from.x == to.x;
+            let is_forwards = (to - from).element_sum() > 0.0;
+            numbers.insert((is_forwards, is_meridian, key(from)), a);
+            numbers.insert((!is_forwards, is_meridian, key(to)), b);
+        }
+        Self { numbers }
+    }
+
+    fn at(&self, side: Side, at: DVec2, is_first: bool) -> Option<u32> {
+        let is_meridian = matches!(side, Side::West | Side::East);
+        self.numbers.get(&(is_first, is_meridian, key(at))).copied()
+    }
+}
+
+fn key(at: DVec2) -> [i64; 2] {
+    [at.x as i64, at.y as i64]
 }
 
 /// Collapses the vertices that are not coarse into their neighbours along the side: first those that keep within the

@@ -1,4 +1,4 @@
-//! Reads elevation rasters into one [`HeightGrid`]: metres, voids as NaN, several files as one mosaic.
+//! Elevation rasters: opened together as one lattice of samples, and read by rectangles, in metres, voids as NaN.
 
 mod crs;
 mod error;
@@ -8,13 +8,19 @@ mod layout;
 mod mosaic;
 mod units;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
+use rayon::prelude::*;
+
+pub(crate) use crs::UNSPECIFIED;
 pub use error::ReadError;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
+use crate::samples::{Provenance, Raster, Rectangle};
 use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
@@ -23,6 +29,9 @@ use mosaic::Mosaic;
 const HIGHEST: f64 = 100_000.0;
 /// Metres; the Challenger Deep is at −10,935 (Greenaway et al., 2021). Lower samples are kept, with a remark.
 const DEEPEST: f32 = -11_000.0;
+
+/// Samples that one reader takes at once: 8 MiB of f64.
+const SAMPLES_AT_ONCE: usize = 1 << 20;
 
 /// How to read.
 #[derive(Clone, Default)]
@@ -41,60 +50,271 @@ pub struct ReadOptions {
 /// What a raster may ask for; anything larger is refused before it costs memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Samples of the whole grid.
+    /// Samples of one file, and of the rectangle around all of them.
     pub samples: usize,
+    /// Samples that are kept in memory at once, where a mesh is made of all of them.
+    pub samples_in_memory: usize,
     /// Bytes of one block (tile or strip) of a file, unpacked.
     pub block_bytes: usize,
 }
 
 impl Default for Limits {
-    /// Two gigabytes of heights, a quarter of a gigabyte a block.
+    /// Two gigabytes of heights in memory, a quarter of a gigabyte a block.
     fn default() -> Self {
         Self {
-            samples: 1 << 29,
+            samples: 1 << 40,
+            samples_in_memory: 1 << 29,
             block_bytes: 1 << 28,
         }
     }
 }
 
-/// Reads band 1 of `paths` as one grid. Files must share their coordinate reference system, cell size and alignment;
-/// where they overlap, the first that is not void wins.
+/// Rasters on one lattice of samples, opened but not read.
+pub struct Rasters {
+    files: Vec<Source>,
+    mosaic: Mosaic,
+    georeference: GeoReference,
+    limits: Limits,
+    progress: Progress,
+    /// How the caller overrides what files say.
+    reading: String,
+}
+
+/// A rectangle of one file's samples.
+struct Part {
+    file: usize,
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Rasters {
+    /// Opens band 1 of `paths`. Files must share their coordinate reference system, cell size and alignment; where they
+    /// overlap, the first that is not void wins.
+    ///
+    /// # Errors
+    /// A [`ReadError`] of one line that names the file.
+    pub fn open(paths: &[PathBuf], options: &ReadOptions) -> Result<Self, ReadError> {
+        let files = paths
+            .iter()
+            .map(|path| Source::open(path, options))
+            .collect::<Result<Vec<_>, _>>()?;
+        let first = files.first().ok_or(ReadError::NoFile)?;
+        let layouts: Vec<&Layout> = files.iter().map(Source::layout).collect();
+        let mosaic = Mosaic::new(&layouts, options.limits)?;
+        let georeference = georeference(first.layout(), &mosaic, options)?;
+        Ok(Self {
+            files,
+            mosaic,
+            georeference,
+            limits: options.limits,
+            progress: options.progress.clone(),
+            reading: format!("{:?} {:?}", options.crs, options.bounds),
+        })
+    }
+
+    /// Paths as they were given.
+    fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(|file| file.layout().path.as_path())
+    }
+
+    /// All samples as one grid in memory.
+    ///
+    /// # Errors
+    /// A [`ReadError`] of one line that names the file.
+    pub fn grid(self) -> Result<HeightGrid, ReadError> {
+        let [columns, rows] = self.size();
+        let path = &self.files[0].layout().path;
+        layout::check_size(path, columns, rows, self.limits.samples_in_memory)?;
+        self.progress.stage("reading samples", (columns * rows) as u64);
+        let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
+        self.progress.done();
+        self.remark(heights.iter().copied().fold(f32::INFINITY, f32::min), &wild)?;
+        Ok(HeightGrid {
+            columns,
+            rows,
+            heights,
+            georeference: self.georeference,
+        })
+    }
+
+    fn all_void(&self) -> ReadError {
+        ReadError::AllVoid(self.files[0].layout().path.clone())
+    }
+
+    /// Remarks on samples that became void because they cannot be heights; counts by file.
+    fn note_wild(&self, wild: &[usize]) {
+        for (file, wild) in self.files.iter().zip(wild).filter(|&(_, &wild)| wild > 0) {
+            let path = file.layout().path.display();
+            let kilometres = HIGHEST / 1000.0;
+            self.progress.note(&format!(
+                "{path}: {wild} samples are infinite or beyond ±{kilometres} km and count as voids; is a nodata value missing?"
+            ));
+        }
+    }
+
+    /// Remarks on a lowest sample below every sea floor.
+    fn note_deep(&self, lowest: f32) {
+        if lowest < DEEPEST {
+            let note = format!("the lowest sample is {lowest} m, below every sea floor; is a nodata value missing?");
+            self.progress.note(&note);
+        }
+    }
+
+    /// The rectangle cut into parts of one file each, along its blocks, in the order of files.
+    fn parts(&self, columns: &Range<usize>, rows: &Range<usize>) -> Vec<Part> {
+        let mut parts = Vec::new();
+        for (file, [across, down]) in self.extents().into_iter().enumerate() {
+            let columns = intersection(columns, &across);
+            let rows = intersection(rows, &down);
+            let [width, height] = part_size(self.files[file].block(), [columns.len(), rows.len()]);
+            let cut = |range: &Range<usize>, first: usize, step: usize| -> Vec<Range<usize>> {
+                let begin = |index: usize| first + (index - first) / step * step;
+                let starts = (if range.is_empty() {
+                    range.end
+                } else {
+                    begin(range.start)
+                }..range.end)
+                    .step_by(step);
+                starts
+                    .map(|start| start.max(range.start)..(start + step).min(range.end))
+                    .collect()
+            };
+            for rows in cut(&rows, down.start, height) {
+                for columns in cut(&columns, across.start, width) {
+                    let rows = rows.clone();
+                    parts.push(Part { file, columns, rows });
+                }
+            }
+        }
+        parts
+    }
+
+    fn read_part(&self, part: &Part) -> Result<Vec<f64>, ReadError> {
+        let [left, top] = self.mosaic.offsets[part.file];
+        let in_file = |range: &Range<usize>, first: usize| range.start - first..range.end - first;
+        let metres = self.files[part.file].read(in_file(&part.columns, left), in_file(&part.rows, top))?;
+        self.progress.advance(metres.len() as u64);
+        Ok(metres)
+    }
+}
+
+impl Raster for Rasters {
+    fn size(&self) -> [usize; 2] {
+        [self.mosaic.columns, self.mosaic.rows]
+    }
+
+    fn origin(&self) -> [i64; 2] {
+        self.mosaic.origin
+    }
+
+    fn extents(&self) -> Vec<[Range<usize>; 2]> {
+        let extent = |(file, &[left, top]): (&Source, &[usize; 2])| {
+            let layout = file.layout();
+            [left..left + layout.columns, top..top + layout.rows]
+        };
+        self.files.iter().zip(&self.mosaic.offsets).map(extent).collect()
+    }
+
+    fn block_rows(&self) -> usize {
+        self.files.iter().map(|file| file.block()[1]).max().unwrap_or(1)
+    }
+
+    /// By several readers at once, in whole blocks where the rectangle lies along them.
+    fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
+        let mut rectangle = Rectangle {
+            heights: vec![f32::NAN; columns.len() * rows.len()],
+            wild: vec![0; self.files.len()],
+        };
+        let parts = self.parts(&columns, &rows);
+        // Memory is that of the rectangle and of what is read at once.
+        for parts in parts.chunks(rayon::current_num_threads()) {
+            let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
+            for (part, metres) in parts.iter().zip(read?) {
+                rectangle.wild[part.file] += put(part, &metres, &mut rectangle.heights, &columns, &rows);
+            }
+        }
+        Ok(rectangle)
+    }
+
+    fn georeference(&self) -> &GeoReference {
+        &self.georeference
+    }
+
+    fn provenance(&self) -> Provenance {
+        Provenance {
+            files: self.paths().map(file_name).collect(),
+            vertical_datum: self.files[0].layout().vertical_datum.clone(),
+        }
+    }
+
+    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError> {
+        self.note_wild(wild);
+        self.note_deep(lowest);
+        if lowest.is_finite() {
+            Ok(())
+        } else {
+            Err(self.all_void())
+        }
+    }
+
+    /// Path, size and time of the last change of each file, and how they are read.
+    fn stamp(&self) -> String {
+        let stamps: Vec<String> = self.paths().map(stamp_of).collect();
+        format!("{} {}", stamps.join(" "), self.reading)
+    }
+}
+
+fn stamp_of(path: &Path) -> String {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let changed = std::fs::metadata(path).map(|metadata| {
+        let since = metadata
+            .modified()
+            .ok()
+            .and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+        (metadata.len(), since.map(|since| since.as_nanos()))
+    });
+    format!("{} {:?}", absolute.display(), changed.ok())
+}
+
+/// Puts a part where nothing is yet; returns how many samples were no heights.
+fn put(part: &Part, metres: &[f64], heights: &mut [f32], columns: &Range<usize>, rows: &Range<usize>) -> usize {
+    let mut wild = 0;
+    for (row, metres) in part.rows.clone().zip(metres.chunks_exact(part.columns.len())) {
+        let start = (row - rows.start) * columns.len() + part.columns.start - columns.start;
+        for (height, &metres) in heights[start..].iter_mut().zip(metres) {
+            let (value, is_wild) = checked_height(metres);
+            wild += usize::from(is_wild);
+            if height.is_nan() {
+                *height = value;
+            }
+        }
+    }
+    wild
+}
+
+/// Reads band 1 of `paths` as one grid in memory.
 ///
 /// # Errors
 /// A [`ReadError`] of one line that names the file.
 pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<HeightGrid, ReadError> {
-    let files = paths
-        .iter()
-        .map(|path| Source::open(path, options))
-        .collect::<Result<Vec<_>, _>>()?;
-    let first = files.first().ok_or(ReadError::NoFile)?;
-    let layouts: Vec<&Layout> = files.iter().map(Source::layout).collect();
-    let mut mosaic = Mosaic::new(&layouts, options.limits)?;
-    let georeference = georeference(first.layout(), &mosaic, options)?;
+    Rasters::open(paths, options)?.grid()
+}
 
-    let samples = layouts.iter().map(|layout| layout.columns * layout.rows).sum::<usize>();
-    options.progress.stage("reading samples", samples as u64);
-    for (index, file) in files.iter().enumerate() {
-        let wild = file.read_into(&mut mosaic, index, options)?;
-        note_wild(file.layout(), wild, options);
-    }
-    if mosaic.heights.iter().all(|height| height.is_nan()) {
-        return Err(ReadError::AllVoid(first.layout().path.clone()));
-    }
-    options.progress.done();
-    note_deep(&mosaic.heights, options);
-    Ok(HeightGrid {
-        columns: mosaic.columns,
-        rows: mosaic.rows,
-        heights: mosaic.heights,
-        georeference,
-        vertical_datum: first.layout().vertical_datum.clone(),
-        files: paths.iter().map(|path| file_name(path)).collect(),
-    })
+fn intersection(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    let start = a.start.max(b.start);
+    start..a.end.min(b.end).max(start)
+}
+
+/// The largest run of whole blocks that stays within [`SAMPLES_AT_ONCE`], in whole rows of blocks where these fit.
+fn part_size(block: [usize; 2], size: [usize; 2]) -> [usize; 2] {
+    let blocks_across = (SAMPLES_AT_ONCE / (block[0] * block[1])).clamp(1, size[0].div_ceil(block[0]).max(1));
+    let width = blocks_across * block[0];
+    let blocks_down = (SAMPLES_AT_ONCE / (width * block[1])).max(1);
+    [width, blocks_down * block[1]]
 }
 
 fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Result<GeoReference, ReadError> {
-    let georeference = GeoReference::new(&first.crs, mosaic.to_crs, mosaic.columns, mosaic.rows)
+    let georeference = GeoReference::on_lattice(&first.crs, mosaic.to_crs, mosaic.origin, mosaic.columns, mosaic.rows)
         .map_err(|source| ReadError::Position(first.path.clone(), source))?;
     if georeference.is_ballpark() {
         let crs = georeference.crs_name();
@@ -103,24 +323,6 @@ fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Resul
         ));
     }
     Ok(georeference)
-}
-
-fn note_wild(layout: &Layout, wild: usize, options: &ReadOptions) {
-    if wild > 0 {
-        let path = layout.path.display();
-        let kilometres = HIGHEST / 1000.0;
-        options.progress.note(&format!(
-            "{path}: {wild} samples are infinite or beyond ±{kilometres} km and count as voids; is a nodata value missing?"
-        ));
-    }
-}
-
-fn note_deep(heights: &[f32], options: &ReadOptions) {
-    let lowest = heights.iter().copied().fold(f32::INFINITY, f32::min);
-    if lowest < DEEPEST {
-        let note = format!("the lowest sample is {lowest} m, below every sea floor; is a nodata value missing?");
-        options.progress.note(&note);
-    }
 }
 
 fn file_name(path: &Path) -> String {
@@ -153,11 +355,19 @@ impl Source {
         }
     }
 
-    /// Returns how many samples were voided because they cannot be heights.
-    fn read_into(&self, mosaic: &mut Mosaic, index: usize, options: &ReadOptions) -> Result<usize, ReadError> {
+    /// Samples of a block that is stored as one, across and down.
+    fn block(&self) -> [usize; 2] {
         match self {
-            Self::Gdal(file) => file.read_into(mosaic, index, &options.progress),
-            Self::Exr(file) => file.read_into(mosaic, index, &options.progress),
+            Self::Gdal(file) => file.block(),
+            Self::Exr(file) => [file.layout().columns, 1],
+        }
+    }
+
+    /// Metres of a rectangle of the file's samples, row by row.
+    fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
+        match self {
+            Self::Gdal(file) => file.read(columns, rows),
+            Self::Exr(file) => file.read(columns, rows),
         }
     }
 }

@@ -67,7 +67,11 @@ fn assert_heights(grid: &HeightGrid, expected: &[f32]) {
 #[test]
 fn samples_are_at_pixel_centres() {
     let folder = Folder::new();
-    let grid = read_one(folder.tiff("a.tif", 3, &[1_i16, 2, 3, 4, 5, 6], |_| {})).unwrap();
+    let path = folder.tiff("a.tif", 3, &[1_i16, 2, 3, 4, 5, 6], |_| {});
+    let provenance = Rasters::open(slice::from_ref(&path), &ReadOptions::default())
+        .unwrap()
+        .provenance();
+    let grid = read_one(path).unwrap();
     assert_eq!((grid.columns, grid.rows), (3, 2));
     assert_eq!(grid.georeference.geographic(DVec2::ZERO), DVec2::new(10.25, 49.75));
     assert_eq!(
@@ -76,10 +80,10 @@ fn samples_are_at_pixel_centres() {
     );
     assert_eq!(grid.height(2, 1), 6.0);
     assert_eq!(
-        (grid.vertical_datum.as_str(), grid.georeference.crs_name()),
+        (provenance.vertical_datum.as_str(), grid.georeference.crs_name()),
         ("unspecified", "EPSG:4326")
     );
-    assert_eq!(grid.files, ["a.tif"]);
+    assert_eq!(provenance.files, ["a.tif"]);
 }
 
 #[test]

@@ -4,7 +4,63 @@ use std::ops::Range;
 
 use anyhow::Result;
 
+use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
+use crate::raster::{ReadError, UNSPECIFIED};
+use crate::store::Name;
+
+/// A raster, or several on one lattice, from which samples are read.
+pub trait Raster: Sync {
+    /// Columns and rows of the rectangle around all samples.
+    fn size(&self) -> [usize; 2];
+
+    /// Column and row of the rectangle's first sample, on a lattice that stays the same when rasters are added.
+    fn origin(&self) -> [i64; 2];
+
+    /// Columns and rows of each file.
+    fn extents(&self) -> Vec<[Range<usize>; 2]>;
+
+    /// Rows that are best read together.
+    fn block_rows(&self) -> usize;
+
+    /// Reads a rectangle of samples.
+    ///
+    /// # Errors
+    /// When a file cannot be read.
+    fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError>;
+
+    /// Where the samples are.
+    fn georeference(&self) -> &GeoReference;
+
+    /// Where the samples come from.
+    fn provenance(&self) -> Provenance;
+
+    /// Tells the person of samples that cannot be heights: the lowest height, and how many became void, by file.
+    ///
+    /// # Errors
+    /// When no sample has a height.
+    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError>;
+
+    /// What must be the same for samples that were read before to be good still.
+    fn stamp(&self) -> String;
+}
+
+/// What was read of a rectangle.
+pub struct Rectangle {
+    /// Metres, row by row; NaN where void.
+    pub heights: Vec<f32>,
+    /// For each file how many samples were infinite or beyond any height, and so became void.
+    pub wild: Vec<usize>,
+}
+
+/// Where samples come from.
+#[derive(Clone, Debug)]
+pub struct Provenance {
+    /// Names of the files without their folders.
+    pub files: Vec<String>,
+    /// Name of the vertical datum, `unspecified` where the raster does not say. Heights are passed through.
+    pub vertical_datum: String,
+}
 
 /// A rectangle of samples, cut off at the raster's edges.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +75,24 @@ pub struct Window {
     pub heights: Vec<f32>,
 }
 
+impl Window {
+    /// The window without outer columns and rows that are all void; none where all are.
+    pub(crate) fn without_void_edges(self) -> Option<Self> {
+        let has_height = |index: &usize| !self.heights[*index].is_nan();
+        let places: Vec<usize> = (0..self.heights.len()).filter(has_height).collect();
+        let rows = places.first()? / self.columns..places.last()? / self.columns + 1;
+        let of_column = places.iter().map(|place| place % self.columns);
+        let columns = of_column.clone().min()?..of_column.max()? + 1;
+        let row = |row: usize| &self.heights[row * self.columns..][columns.clone()];
+        Some(Self {
+            first: [self.first[0] + columns.start, self.first[1] + rows.start],
+            columns: columns.len(),
+            rows: rows.len(),
+            heights: rows.flat_map(row).copied().collect(),
+        })
+    }
+}
+
 /// What gives windows of samples.
 pub trait Samples: Sync {
     /// Columns and rows of the whole raster.
@@ -31,6 +105,51 @@ pub trait Samples: Sync {
     fn window(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Window>;
 }
 
+impl Raster for HeightGrid {
+    fn size(&self) -> [usize; 2] {
+        [self.columns, self.rows]
+    }
+
+    fn origin(&self) -> [i64; 2] {
+        [0, 0]
+    }
+
+    fn extents(&self) -> Vec<[Range<usize>; 2]> {
+        vec![[0..self.columns, 0..self.rows]]
+    }
+
+    fn block_rows(&self) -> usize {
+        1
+    }
+
+    fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
+        Ok(Rectangle {
+            heights: self.heights_in(&columns, &rows),
+            wild: vec![0],
+        })
+    }
+
+    fn georeference(&self) -> &GeoReference {
+        &self.georeference
+    }
+
+    fn provenance(&self) -> Provenance {
+        Provenance {
+            files: Vec::new(),
+            vertical_datum: UNSPECIFIED.to_owned(),
+        }
+    }
+
+    fn remark(&self, _lowest: f32, _wild: &[usize]) -> Result<(), ReadError> {
+        Ok(())
+    }
+
+    fn stamp(&self) -> String {
+        let bytes: Vec<u8> = self.heights.iter().flat_map(|height| height.to_le_bytes()).collect();
+        Name::of([bytes.as_slice()]).to_string()
+    }
+}
+
 impl Samples for HeightGrid {
     fn size(&self) -> [usize; 2] {
         [self.columns, self.rows]
@@ -41,15 +160,11 @@ impl Samples for HeightGrid {
             columns.start..columns.end.min(self.columns),
             rows.start..rows.end.min(self.rows),
         );
-        let heights = rows.clone().flat_map(|row| {
-            let start = row * self.columns;
-            self.heights[start + columns.start..start + columns.end].iter().copied()
-        });
         Ok(Window {
             first: [columns.start, rows.start],
             columns: columns.len(),
             rows: rows.len(),
-            heights: heights.collect(),
+            heights: self.heights_in(&columns, &rows),
         })
     }
 }

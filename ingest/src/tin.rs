@@ -136,20 +136,19 @@ fn reference<'a>(grid: &'a HeightGrid, is_flipped: bool, curvature: &'a [DVec2],
         move |grid| turned(grid) * UNITS_IN_A_CELL,
     );
     Reference {
-        columns: grid.columns,
-        rows: grid.rows,
-        heights: &grid.heights,
+        heights: grid.whole(),
         plan,
         curvature,
         ground: DVec2::ONE,
         bound,
+        finer: None,
     }
 }
 
 fn refined<'a>(reference: &'a Reference<'a>, options: &Options) -> Result<Surface<'a>> {
     let is_inside = |plan: DVec2| {
         let cell = reference.plan.grid(plan).floor();
-        reference.cell_is_valid(cell.x as i64, cell.y as i64)
+        reference.heights.cell_is_valid(cell.x as i64, cell.y as i64)
     };
     let mut mesh = triangulate(&outline(reference), is_inside)?;
     mesh::separate_fans(&mut mesh, |_| false);
@@ -184,11 +183,11 @@ fn rounded_up(error: f64) -> f64 {
 
 /// The edge of the raster's valid cells: a vertex wherever it turns, a segment between.
 fn outline(reference: &Reference) -> Outline {
-    let valid = |c: usize, r: usize| reference.cell_is_valid(c as i64 - 1, r as i64 - 1);
+    let valid = |c: usize, r: usize| reference.heights.cell_is_valid(c as i64 - 1, r as i64 - 1);
     let (mut across, mut down) = (BTreeSet::new(), BTreeSet::new());
     // Cells are counted from one here, so that the ring of cells around the raster has numbers, too.
-    for row in 1..=reference.rows {
-        for column in 1..=reference.columns {
+    for row in 1..=reference.heights.rows {
+        for column in 1..=reference.heights.columns {
             if valid(column, row) != valid(column, row - 1) {
                 across.insert((row - 1, column - 1));
             }
@@ -197,7 +196,7 @@ fn outline(reference: &Reference) -> Outline {
             }
         }
     }
-    let has_outside = reference.heights.iter().any(|height| height.is_nan());
+    let has_outside = reference.heights.samples.iter().any(|height| height.is_nan());
     let mut outline = Outline {
         has_outside,
         ..Outline::default()
@@ -217,7 +216,9 @@ fn outline(reference: &Reference) -> Outline {
                 let (column, row) = if is_across { (along, line) } else { (line, along) };
                 *numbers.entry((column, row)).or_insert_with(|| {
                     let plan = reference.plan.plan(DVec2::new(column as f64, row as f64)).round();
-                    outline.vertices.push(plan.extend(reference.sample(column, row)));
+                    outline
+                        .vertices
+                        .push(plan.extend(reference.heights.sample(column, row)));
                     outline.vertices.len() as u32 - 1
                 })
             });

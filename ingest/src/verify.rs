@@ -1,6 +1,12 @@
 //! Measures again, by brute force, everything that an archive or a mesh claims, from nothing but the decoded tiles and
 //! the raster: no code of the simplifier, nothing that it wrote down on the way.
 //!
+//! Shared with the maker of the archive are its readers only: of bytes into a tile's arrays and addresses (`tiles`), of
+//! rasters and where they are on the Earth, and WGS84, which `tests/tests/ellipsoid.rs` holds against GeographicLib.
+//! Drawing a level of detail, and what makes triangles a surface, is written here a second time.
+//!
+//! Tiles and the raster pass by: in memory are, for each thread, one tile and one block of samples.
+//!
 //! ```text
 //! for each tile, each level: triangles flat in Earth-centred space against the bilinear source,
 //!     at every sample, and along every edge of the mesh               deviation
@@ -12,6 +18,7 @@
 //! ```
 
 mod deviation;
+mod drawing;
 mod extent;
 mod levels;
 mod mesh_file;
@@ -19,97 +26,99 @@ mod mixes;
 mod nesting;
 mod outline;
 mod plain_mesh;
-mod reference;
 mod report;
 mod sides;
+mod source;
+mod source_outline;
 mod space;
+mod square;
 mod surface;
 mod tiles;
-mod window;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use anyhow::Result;
 use rayon::prelude::*;
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Reader;
+use terrain_tiles::tile::Tile;
 
-use self::levels::{LevelMeasured, Measured, Source};
+use self::levels::{LevelMeasured, Measure, Measured};
 pub use self::mesh_file::Claim;
 use self::mixes::Interiors;
 pub use self::plain_mesh::mesh;
-use self::reference::Reference;
 pub use self::report::{ArchiveReport, MeshReport, Violation, ZoomReport};
+use self::sides::Sides;
+pub use self::source::Source;
+use self::source_outline::SourceOutline;
 use self::tiles::Tiles;
-use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
 
 /// How many random mixes of tiles are drawn.
 const MIXES: u64 = 12;
 
-/// Measures every claim of the archive at `path` against the raster that it was made from.
+/// Measures every claim of the archive at `path` against the raster that it was made from. Samples in memory take at
+/// most some `memory` bytes, what `source` itself keeps not counted.
 ///
 /// # Errors
-/// When the file is no readable archive. A tile that cannot be decoded is a violation in the report.
-pub fn archive(path: &Path, grid: &HeightGrid, progress: &Progress) -> anyhow::Result<ArchiveReport> {
-    Ok(check(&Reader::open(path)?, grid, progress))
+/// When the file is no readable archive, or samples cannot be read. A tile that cannot be decoded is a violation in
+/// the report.
+pub fn archive(path: &Path, source: Source, memory: u64, progress: &Progress) -> Result<ArchiveReport> {
+    check(&Reader::open(path)?, source, block_side(memory), progress)
 }
 
-fn check(tiles: &dyn Tiles, grid: &HeightGrid, progress: &Progress) -> ArchiveReport {
-    let reference = Reference::new(grid);
+/// Posts along a side of a block, so that a block for each thread fits into `memory` bytes.
+fn block_side(memory: u64) -> usize {
+    /// Heights, verticals, coverage, and outlines of blocks that are nothing but outline.
+    const BYTES_PER_POST: u64 = 128;
+    let posts = memory / BYTES_PER_POST / rayon::current_num_threads() as u64;
+    (posts.isqrt() as usize).clamp(64, 512)
+}
+
+fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progress) -> Result<ArchiveReport> {
     let exist: BTreeSet<TileAddress> = tiles.addresses().into_iter().collect();
-    let mut violations = nesting::orphans(&exist);
-    if !["surface", "samples"].contains(&tiles.metadata().bound.as_str()) {
-        violations.push(Violation::new(format!(
-            "metadata: bound “{}” is unknown",
-            tiles.metadata().bound
-        )));
-    }
-    let normals = space::normals(grid);
-    let between_samples = tiles.metadata().bound == "surface";
-    let source = Source {
-        reference: &reference,
-        normals: &normals,
-        between_samples,
+    let blocks = source.whole().split(block_side);
+    let outline = SourceOutline::new(source, block_side)?;
+    let metadata = tiles.metadata();
+    let measure = Measure {
+        source,
+        outline: &outline,
+        between_samples: metadata.bound == "surface",
+        block_side,
     };
-    let measured = measure_tiles(tiles, &exist, &source, progress);
-    violations.extend(measured.values().flat_map(|tile| tile.violations.iter().cloned()));
-
-    let lattices = measured.iter().filter(|(_, tile)| !tile.levels.is_empty());
-    let lattices: BTreeSet<u8> = lattices
-        .map(|(address, tile)| address.zoom + tile.sides.extent_bits)
-        .collect();
-    if lattices.len() > 1 {
-        violations.push(Violation::new(format!(
-            "tiles on different lattices, of {lattices:?} bits"
-        )));
+    let mut violations = nesting::orphans(&exist);
+    if !["surface", "samples"].contains(&metadata.bound.as_str()) {
+        let what = format!("metadata: bound “{}” is unknown", metadata.bound);
+        violations.push(Violation::new(what));
     }
-
-    let zooms = zoom_reports(&measured);
-    let outlines: Vec<f64> = zooms.iter().map(|zoom| zoom.claimed_outline).collect();
-    violations.extend(extent::check_metadata(
-        tiles.metadata(),
-        &zooms,
-        &coarsest_outlines(&measured),
-        &exist,
-    ));
-    violations.extend(extent::check_bounds(tiles.metadata(), &reference));
-    violations.extend(extent::check_presence(
-        &reference,
-        &exist,
-        &reaches(&reference, &outlines),
-    ));
-    let (shared_sides, gaps) = check_sides(&measured, &reference);
+    let found = measure_tiles(tiles, &exist, &measure, progress)?;
+    if found.lattices.len() > 1 {
+        let what = format!("tiles on different lattices, of {:?} bits", found.lattices);
+        violations.push(Violation::new(what));
+    }
+    let zooms: Vec<ZoomReport> = found.zooms.into_values().collect();
+    let coarsest_outlines: Vec<f64> = found.coarsest_outlines.into_values().collect();
+    let reaches = reaches(&source, &zooms);
+    violations.extend(found.violations);
+    violations.extend(extent::check_metadata(metadata, &zooms, &coarsest_outlines, &exist));
+    violations.extend(extent::check_bounds(metadata, &source, &blocks)?);
+    violations.extend(extent::check_presence(&source, &blocks, &exist, &reaches)?);
+    let sound = Sound {
+        tiles,
+        interiors: &found.interiors,
+    };
+    let (shared_sides, gaps) = check_sides(&sound, &source, progress)?;
     violations.extend(gaps);
-    let (parents, broken) = check_nesting(tiles, &exist, progress);
+    let (parents, broken) = check_nesting(&sound, &exist, progress);
     violations.extend(broken);
-    let (mixed_tiles, gaps) = check_mixes(tiles, &measured, &reference, progress);
+    let (mixed_tiles, gaps) = check_mixes(&sound, &source, progress)?;
     violations.extend(gaps);
 
     let mut report = ArchiveReport {
-        bound: tiles.metadata().bound.clone(),
+        bound: metadata.bound.clone(),
         zooms,
-        levels: measured.values().map(|tile| tile.levels.len()).sum(),
+        levels: found.levels,
         shared_sides,
         parents,
         mixed_tiles,
@@ -117,58 +126,49 @@ fn check(tiles: &dyn Tiles, grid: &HeightGrid, progress: &Progress) -> ArchiveRe
         violations: Vec::new(),
     };
     report.set_violations(violations);
-    report
+    Ok(report)
 }
 
-type MeasuredTiles = BTreeMap<TileAddress, Measured>;
-
-fn measure_tiles(
-    tiles: &dyn Tiles,
-    exist: &BTreeSet<TileAddress>,
-    source: &Source,
-    progress: &Progress,
-) -> MeasuredTiles {
-    progress.stage("measuring tiles", exist.len() as u64);
-    let addresses: Vec<TileAddress> = exist.iter().copied().collect();
-    let measure = |address: TileAddress| {
-        let measured = match tiles.tile(address) {
-            Ok(tile) if tile.address != address => {
-                let what = format!("holds the tile {}", tile.address);
-                Measured {
-                    violations: vec![Violation::of_tile(what, address)],
-                    ..Measured::default()
-                }
-            }
-            Ok(tile) => levels::measure(
-                source,
-                &tile,
-                outline::neighbours(address, |other| exist.contains(&other)),
-            ),
-            Err(what) => Measured {
-                violations: vec![Violation::of_tile(what, address)],
-                ..Measured::default()
-            },
-        };
-        progress.advance(1);
-        (address, measured)
-    };
-    let measured = addresses.into_par_iter().map(measure).collect();
-    progress.done();
-    measured
+/// The tiles that can be drawn; what is wrong with the others was told when they were measured.
+struct Sound<'a> {
+    tiles: &'a dyn Tiles,
+    interiors: &'a Interiors,
 }
 
-fn zoom_reports(measured: &MeasuredTiles) -> Vec<ZoomReport> {
-    let mut zooms: BTreeMap<u8, ZoomReport> = BTreeMap::new();
-    for (address, tile) in measured {
-        let zoom = zooms.entry(address.zoom).or_insert_with(|| ZoomReport {
+impl Sound<'_> {
+    fn tile(&self, address: TileAddress) -> Option<Tile> {
+        let is_sound = self.interiors.contains_key(&address);
+        is_sound.then(|| self.tiles.tile(address).ok()).flatten()
+    }
+}
+
+/// What was found in all tiles.
+#[derive(Default)]
+struct Found {
+    zooms: BTreeMap<u8, ZoomReport>,
+    /// Largest claim for the outline of a coarsest surface, by zoom.
+    coarsest_outlines: BTreeMap<u8, f64>,
+    /// Of the tiles that can be drawn.
+    interiors: Interiors,
+    lattices: BTreeSet<u8>,
+    levels: usize,
+    violations: Vec<Violation>,
+}
+
+impl Found {
+    fn add(&mut self, address: TileAddress, tile: Measured) {
+        let zoom = self.zooms.entry(address.zoom).or_insert_with(|| ZoomReport {
             zoom: address.zoom,
             ..Default::default()
         });
+        let coarsest_outline = self.coarsest_outlines.entry(address.zoom).or_default();
         zoom.tiles += 1;
         zoom.triangles += tile.triangles;
+        self.violations.extend(tile.violations);
         let (Some(coarsest), Some(finest)) = (tile.levels.first(), tile.levels.last()) else {
-            continue;
+            return;
         };
+        raise(coarsest_outline, coarsest.claimed_outline);
         raise(&mut zoom.claimed_finest, finest.claimed);
         raise(&mut zoom.measured_finest, finest.measured);
         raise(&mut zoom.claimed_coarsest, coarsest.claimed);
@@ -178,18 +178,49 @@ fn zoom_reports(measured: &MeasuredTiles) -> Vec<ZoomReport> {
             raise(&mut zoom.claimed_outline, level.claimed_outline);
             raise(&mut zoom.measured_outline, level.measured_outline);
         }
+        self.levels += tile.levels.len();
+        self.lattices.insert(tile.lattice_bits);
+        self.interiors.insert(address, tile.levels.len() - 1);
     }
-    zooms.into_values().collect()
 }
 
-/// Largest claim for the outline of a coarsest surface, by zoom.
-fn coarsest_outlines(measured: &MeasuredTiles) -> Vec<f64> {
-    let mut largest = BTreeMap::new();
-    for (address, tile) in measured {
-        let claimed = tile.levels.first().map_or(0.0, |level| level.claimed_outline);
-        raise(largest.entry(address.zoom).or_insert(0.0), claimed);
+/// Measures small tiles side by side, and large ones one after the other, each by all threads.
+fn measure_tiles(
+    tiles: &dyn Tiles,
+    exist: &BTreeSet<TileAddress>,
+    measure: &Measure,
+    progress: &Progress,
+) -> Result<Found> {
+    progress.stage("measuring tiles", exist.len() as u64);
+    let measured = |address: TileAddress, spread: bool| {
+        let result = match tiles.tile(address) {
+            Ok(tile) if tile.address != address => {
+                let what = format!("holds the tile {}", tile.address);
+                Measured::broken(Violation::of_tile(what, address))
+            }
+            Ok(tile) => {
+                let neighbours = outline::neighbours(address, |other| exist.contains(&other));
+                measure.tile(&tile, neighbours, spread)?
+            }
+            Err(what) => Measured::broken(Violation::of_tile(what, address)),
+        };
+        progress.advance(1);
+        Ok((address, result))
+    };
+    let (large, small): (Vec<TileAddress>, Vec<_>) = exist.iter().partition(|&&address| measure.is_large(address));
+    let mut all: Vec<(TileAddress, Measured)> = large
+        .into_iter()
+        .map(|address| measured(address, true))
+        .collect::<Result<_>>()?;
+    let small = small.into_par_iter().map(|address| measured(address, false));
+    all.extend(small.collect::<Result<Vec<_>>>()?);
+    progress.done();
+    all.sort_by_key(|&(address, _)| address);
+    let mut found = Found::default();
+    for (address, tile) in all {
+        found.add(address, tile);
     }
-    largest.into_values().collect()
+    Ok(found)
 }
 
 fn raise(largest: &mut f64, value: f64) {
@@ -205,110 +236,69 @@ fn ratio(level: &LevelMeasured) -> f64 {
 }
 
 /// How far from a tile's square a sample of the source may be that the tile stands for, by zoom, metres.
-fn reaches(reference: &Reference, outlines: &[f64]) -> Vec<f64> {
-    let middle = glam::DVec2::new(reference.grid.columns as f64, reference.grid.rows as f64) / 2.0;
-    let slack = reference.grid.georeference.cell_metres(middle).max_element() * 1e-3;
-    outlines.iter().map(|outline| outline + slack).collect()
+fn reaches(source: &Source, zooms: &[ZoomReport]) -> Vec<f64> {
+    let [columns, rows] = source.size();
+    let middle = glam::DVec2::new(columns as f64, rows as f64) / 2.0;
+    let slack = source.georeference.cell_metres(middle).max_element() * 1e-3;
+    zooms.iter().map(|zoom| zoom.claimed_outline + slack).collect()
 }
 
 /// Compares every pair of neighbours of one zoom on their common side, and every tile's sides with its parent's.
-fn check_sides(measured: &MeasuredTiles, reference: &Reference) -> (usize, Vec<Violation>) {
-    let mut violations = Vec::new();
-    let mut pairs = 0;
-    for (&address, tile) in measured {
-        let parent = address.parent().and_then(|parent| measured.get(&parent));
-        violations.extend(sides::check_own(
-            address,
-            &tile.sides,
-            parent.map(|parent| &parent.sides),
-        ));
+fn check_sides(sound: &Sound, source: &Source, progress: &Progress) -> Result<(usize, Vec<Violation>)> {
+    progress.stage("sides", sound.interiors.len() as u64);
+    let of_tile = |&address: &TileAddress| {
+        let sides_of = |address: TileAddress| sound.tile(address).map(|tile| Sides::of(&tile));
+        let Some(own) = sides_of(address) else {
+            return Ok((0, Vec::new()));
+        };
+        let parent = address.parent().and_then(sides_of);
+        let (mut pairs, mut violations) = (0, sides::check_own(&own, parent.as_ref()));
         for side in [Side::East, Side::North] {
-            let Some(other) = address.neighbour(side).filter(|other| measured.contains_key(other)) else {
-                continue;
-            };
-            pairs += 1;
-            violations.extend(check_pair(measured, reference, address, side, other));
+            if let Some(other) = address.neighbour(side).and_then(sides_of) {
+                pairs += 1;
+                violations.extend(sides::check_pair(source, &own, side, &other)?);
+            }
         }
-    }
-    (pairs, violations)
+        progress.advance(1);
+        Ok((pairs, violations))
+    };
+    let addresses: Vec<TileAddress> = sound.interiors.keys().copied().collect();
+    let all = addresses.par_iter().map(of_tile).try_reduce(Default::default, joined);
+    progress.done();
+    all
 }
 
-fn check_pair(
-    measured: &MeasuredTiles,
-    reference: &Reference,
-    address: TileAddress,
-    side: Side,
-    other: TileAddress,
-) -> Vec<Violation> {
-    let opposite = sides::opposite(side);
-    let (first, second) = (&measured[&address].sides, &measured[&other].sides);
-    let pairs = [
-        (
-            "coarse",
-            &first.coarse[side as usize],
-            &second.coarse[opposite as usize],
-        ),
-        ("fine", &first.fine[side as usize], &second.fine[opposite as usize]),
-    ];
-    let mut violations = Vec::new();
-    for (name, of_first, of_second) in pairs {
-        let lonely = sides::unmatched(of_first, of_second)
-            .into_iter()
-            .filter(|&(is_first, edge)| {
-                let (place, side) = if is_first { (address, side) } else { (other, opposite) };
-                let bits = if is_first {
-                    first.extent_bits
-                } else {
-                    second.extent_bits
-                };
-                !sides::is_one_sided(reference, place, bits, side, edge)
-            });
-        let count = lonely.count();
-        if count > 0 {
-            let what = format!("{side:?} side, {name}: {count} edges are not shared with tile {other}");
-            violations.push(Violation::of_tile(what, address));
-        }
-    }
-    violations
+/// Sums up counts and violations.
+fn joined((a, mut b): (usize, Vec<Violation>), (c, d): (usize, Vec<Violation>)) -> Result<(usize, Vec<Violation>)> {
+    b.extend(d);
+    Ok((a + c, b))
 }
 
-fn check_nesting(tiles: &dyn Tiles, exist: &BTreeSet<TileAddress>, progress: &Progress) -> (usize, Vec<Violation>) {
+fn check_nesting(sound: &Sound, exist: &BTreeSet<TileAddress>, progress: &Progress) -> (usize, Vec<Violation>) {
     let deepest = exist.last().map_or(0, |address| address.zoom);
     let parents: Vec<TileAddress> = exist.iter().copied().filter(|address| address.zoom < deepest).collect();
     progress.stage("nesting", parents.len() as u64);
     let violations = parents.par_iter().flat_map_iter(|&parent| {
         let existing = parent.children().into_iter().filter(|child| exist.contains(child));
-        // Tiles that cannot be read have been reported by whoever measured them.
-        let children: Vec<_> = existing.filter_map(|child| tiles.tile(child).ok()).collect();
+        let children: Vec<_> = existing.filter_map(|child| sound.tile(child)).collect();
         progress.advance(1);
-        tiles
+        sound
             .tile(parent)
-            .map_or_else(|_| Vec::new(), |parent| nesting::check(&parent, &children))
+            .map_or_else(Vec::new, |parent| nesting::check(&parent, &children))
     });
     let violations = violations.collect();
     progress.done();
     (parents.len(), violations)
 }
 
-fn check_mixes(
-    tiles: &dyn Tiles,
-    measured: &MeasuredTiles,
-    reference: &Reference,
-    progress: &Progress,
-) -> (usize, Vec<Violation>) {
+fn check_mixes(sound: &Sound, source: &Source, progress: &Progress) -> Result<(usize, Vec<Violation>)> {
     progress.stage("random mixes", MIXES);
-    let sound = measured.iter().filter(|(_, tile)| !tile.levels.is_empty());
-    let interiors: Interiors = sound.map(|(&address, tile)| (address, tile.levels.len() - 1)).collect();
     let mixes = (0..MIXES).into_par_iter().map(|seed| {
-        let mix = mixes::check(tiles, &interiors, reference, seed);
+        let mix = mixes::check(sound.tiles, sound.interiors, source, seed)?;
         progress.advance(1);
-        mix
+        Ok(mix)
     });
-    let join = |(a, mut b): (usize, Vec<Violation>), (c, d)| {
-        b.extend(d);
-        (a + c, b)
-    };
-    let all = mixes.reduce(Default::default, join);
+    let all = mixes.try_reduce(Default::default, joined);
     progress.done();
     all
 }

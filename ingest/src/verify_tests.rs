@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 #[path = "verify/fixture_tests.rs"]
-mod fixture;
+pub(in crate::verify) mod fixture;
 #[path = "verify/format_tests.rs"]
 mod format;
 
@@ -12,7 +12,7 @@ use self::fixture::{LEAF, ROOT, Sample};
 use super::*;
 
 fn verify(sample: &Sample) -> ArchiveReport {
-    check(sample, &sample.grid, &Progress::silent())
+    check(sample, (&sample.grid).into(), 512, &Progress::silent()).unwrap()
 }
 
 /// Whether some violation names `tile` and says `what`.
@@ -52,7 +52,7 @@ fn an_archive_on_disk_holds_and_says_so_in_json() {
         writer.add(tile.address, &spt::encode(tile).unwrap()).unwrap();
     }
     writer.finish(&sample.metadata).unwrap();
-    let report = archive(&path, &sample.grid, &Progress::silent()).unwrap();
+    let report = archive(&path, (&sample.grid).into(), 1 << 20, &Progress::silent()).unwrap();
     assert!(report.holds(), "{report}");
     let json = serde_json::to_value(&report).unwrap();
     assert_eq!(json["zooms"][1]["tiles"], 4);
@@ -72,7 +72,7 @@ fn a_header_that_lies_about_heights_fails() {
         writer.add(tile.address, &bytes).unwrap();
     }
     writer.finish(&sample.metadata).unwrap();
-    let report = archive(&path, &sample.grid, &Progress::silent()).unwrap();
+    let report = archive(&path, (&sample.grid).into(), 1 << 20, &Progress::silent()).unwrap();
     assert!(names(&report, LEAF, "says its heights are"), "{report}");
 }
 

@@ -1,9 +1,14 @@
 //! What the end-to-end tests share: oracles, and where test data are.
 
 pub mod geographiclib;
+pub mod random_raster;
+pub mod source;
 pub mod vectors;
 
+use std::fs::OpenOptions;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::{env, thread};
 
 /// The top folder of the workspace.
 #[must_use]
@@ -21,14 +26,42 @@ pub fn sample(name: &str) -> PathBuf {
 /// beside the workspace. None, and a line that says so, where it is missing; the test is then to return.
 #[must_use]
 pub fn shared_data(name: &str) -> Option<PathBuf> {
-    let root =
-        std::env::var_os("TERRAIN_SHARED_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
-    let path = root.join(name);
+    let root = env::var_os("TERRAIN_SHARED_DATA").map_or_else(|| workspace().join("../shared/data"), PathBuf::from);
+    there_or_skipped(root.join(name))
+}
+
+/// A file or folder of answers by an independent reference that not everybody has, in `../shared/vectors` beside the
+/// workspace. None, and a line that says so, where it is missing; the test is then to return.
+#[must_use]
+pub fn shared_vectors(name: &str) -> Option<PathBuf> {
+    there_or_skipped(workspace().join("../shared/vectors").join(name))
+}
+
+/// The path, if there is something. If not, the test that asks is noted in `target/skipped-tests`, which `./task test`
+/// prints at its end.
+fn there_or_skipped(path: PathBuf) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    println!("skipped: {} is not there", path.display());
+    let line = format!("{}: {} is not there\n", running_test(), path.display());
+    print!("skipped: {line}");
+    let note = OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(workspace().join("target/skipped-tests"));
+    // One call a line: tests of other processes write there, too.
+    if let Err(error) = note.and_then(|mut file| file.write_all(line.as_bytes())) {
+        println!("target/skipped-tests: {error}");
+    }
     None
+}
+
+/// Its name: that of its thread, or, where a test has a process of its own, the first argument.
+fn running_test() -> String {
+    match thread::current().name() {
+        Some(name) if name != "main" => name.to_owned(),
+        _ => env::args().nth(1).unwrap_or_else(|| "a test".to_owned()),
+    }
 }
 
 /// The files below a folder, in order.

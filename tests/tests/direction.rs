@@ -1,65 +1,229 @@
-//! Dependencies run one way: what `docs/architecture.md` calls invariants, held.
+//! Dependencies run one way: what `docs/architecture.md` calls invariants, held, for crates and for the files of each.
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::process::Command;
+use std::sync::LazyLock;
 
 use serde_json::Value;
+use terrain_tests::source::{Crate, Edge, Target, Use, edges_on_circles};
+use terrain_tests::workspace;
 
 /// Each crate and the crates of this workspace that it may use.
-const ALLOWED: [(&str, &[&str]); 5] = [
+const ALLOWED: [(&str, &[&str]); 6] = [
     ("terrain-core", &[]),
     ("terrain-tiles", &["terrain-core"]),
     ("terrain-ingest", &["terrain-core", "terrain-tiles"]),
     ("terrain-server", &["terrain-core", "terrain-tiles"]),
+    ("terrain-fuzz", &["terrain-core", "terrain-tiles"]),
     (
         "terrain-tests",
         &["terrain-core", "terrain-tiles", "terrain-ingest", "terrain-server"],
     ),
 ];
 
-/// Libraries and the only crates that may use them, whatever for.
-const HOMES: [(&str, &[&str]); 9] = [
-    ("gdal", &["terrain-ingest"]),
-    ("proj", &["terrain-ingest"]),
-    ("exr", &["terrain-ingest"]),
-    // The tests compare what one thread and several write.
-    ("rayon", &["terrain-ingest", "terrain-tests"]),
-    ("axum", &["terrain-server"]),
-    ("pmtiles", &["terrain-tiles"]),
-    // Verification reads meshes apart from what it verifies.
-    ("ply-rs-bw", &["terrain-tiles", "terrain-ingest"]),
-    ("tobj", &["terrain-tiles", "terrain-ingest"]),
-    ("clap", &["terrain-ingest", "terrain-server", "terrain-tests"]),
+/// Libraries and the files or folders that wrap them: no other file names them.
+const HOMES: [(&str, &[&str]); 12] = [
+    ("gdal", &["ingest/src/raster"]),
+    ("exr", &["ingest/src/raster/exr_file.rs"]),
+    ("proj", &["ingest/src/georeference/projection.rs"]),
+    ("proj_sys", &["ingest/src/georeference/projection.rs"]),
+    ("pmtiles", &["tiles/src/archive.rs"]),
+    ("axum", &["server"]),
+    ("tokio", &["server", "ingest/src/store.rs"]),
+    ("object_store", &["ingest/src/store.rs"]),
+    // Threads; the tests compare what one and several write.
+    ("rayon", &["ingest", "tests"]),
+    (
+        "spade",
+        &[
+            "core/src/height_field/triangulate.rs",
+            "tiles/src/formats/quantized_mesh/square.rs",
+        ],
+    ),
+    // Programs: their errors and their command lines.
+    ("anyhow", &["ingest", "server/src/main.rs", "tests"]),
+    ("clap", &["ingest", "server/src/main.rs", "tests/src/bin"]),
 ];
 
-/// Direct dependencies of each crate of the workspace, those of its tests and its build included.
-fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+/// All that `core` may use from outside: arithmetic on arrays, what words its errors, and text to JSON values.
+const ARITHMETIC: [&str; 15] = [
+    "glam",
+    "robust",
+    "serde_json",
+    "smallvec",
+    "spade",
+    "std::array",
+    "std::cmp",
+    "std::collections",
+    "std::f64",
+    "std::fmt",
+    "std::iter",
+    "std::mem",
+    "std::ops",
+    "std::slice",
+    "thiserror",
+];
+
+/// The wings of `core` and what each may use besides itself, as `core/src/lib.rs` draws it.
+const WINGS: [(&str, &[&str]); 6] = [
+    ("mesh", &[]),
+    ("topology", &["mesh"]),
+    ("levels", &["topology", "mesh"]),
+    ("height_field", &["levels", "topology", "mesh"]),
+    ("space", &["levels", "topology", "mesh"]),
+    ("streaming", &["levels", "topology", "mesh"]),
+];
+
+/// What verification may use of the rest of `ingest`: how a raster is read and where its samples are, and progress.
+const BESIDE_VERIFICATION: [&str; 3] = [
+    "ingest/src/height_grid.rs",
+    "ingest/src/samples.rs",
+    "ingest/src/progress.rs",
+];
+
+/// What verification may use of the crates below: data, their own checks, decoders, the ellipsoid; nothing that makes a surface.
+const BELOW_VERIFICATION: [&str; 9] = [
+    "terrain_core::Mesh",
+    "terrain_core::mesh",
+    "terrain_core::levels::partition",
+    "terrain_tiles::address",
+    "terrain_tiles::archive::Reader",
+    "terrain_tiles::formats",
+    "terrain_tiles::ellipsoid",
+    "terrain_tiles::metadata",
+    "terrain_tiles::tile",
+];
+
+/// Uses that are to go: without them there is no circle. One that is gone has to leave this list.
+const CIRCLES_TO_BREAK: [(&str, &str); 23] = [
+    ("core/src/height_field/collapse.rs", "core/src/height_field/simplify.rs"),
+    ("core/src/height_field/filters.rs", "core/src/height_field/collapse.rs"),
+    ("core/src/height_field/filters.rs", "core/src/height_field/simplify.rs"),
+    ("core/src/height_field/scan.rs", "core/src/height_field/reference.rs"),
+    ("tiles/src/progressive/star.rs", "tiles/src/progressive/surface.rs"),
+    ("tiles/src/quantized_mesh/square.rs", "tiles/src/quantized_mesh.rs"),
+    ("ingest/src/commands.rs", "ingest/src/main.rs"),
+    ("ingest/src/georeference/projection.rs", "ingest/src/georeference.rs"),
+    ("ingest/src/georeference/table.rs", "ingest/src/georeference.rs"),
+    ("ingest/src/model/clustered.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/clustered.rs", "ingest/src/model/simplified.rs"),
+    ("ingest/src/model/levels.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/lod_file.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/obj.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/ply.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/polygons.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/simplified.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/spm_file.rs", "ingest/src/model.rs"),
+    ("ingest/src/model/spm_file.rs", "ingest/src/model/levels.rs"),
+    ("ingest/src/model/world_file.rs", "ingest/src/model.rs"),
+    ("ingest/src/raster/exr_file.rs", "ingest/src/raster.rs"),
+    ("ingest/src/raster/gdal_file.rs", "ingest/src/raster.rs"),
+    ("ingest/src/raster/mosaic.rs", "ingest/src/raster.rs"),
+];
+
+/// Uses of one wing by another that are to go.
+const WINGS_TO_PART: [(&str, &str); 2] = [
+    ("core/src/space/simplify.rs", "core/src/height_field/collapse.rs"),
+    ("core/src/space/simplify.rs", "core/src/height_field/filters.rs"),
+];
+
+/// A crate of the workspace.
+struct Package {
+    name: String,
+    /// From the top folder.
+    folder: String,
+    /// Direct dependencies, those of its tests and its build included.
+    dependencies: BTreeSet<String>,
+    /// Everything that the files of its library and programs use.
+    uses: BTreeSet<Use>,
+}
+
+static PACKAGES: LazyLock<Vec<Package>> = LazyLock::new(|| {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
-        .current_dir(terrain_tests::workspace())
+        .current_dir(workspace())
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let top = Path::new(metadata["workspace_root"].as_str().unwrap());
+    metadata["packages"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|package| read(top, package))
+        .collect()
+});
+
+fn read(top: &Path, package: &Value) -> Package {
+    let from_top = |value: &Value| {
+        let path = Path::new(value.as_str().unwrap());
+        path.strip_prefix(top).unwrap().to_str().unwrap().to_owned()
+    };
     let name = |value: &Value| value["name"].as_str().unwrap().to_owned();
-    let packages = metadata["packages"].as_array().unwrap();
-    let uses = |package: &Value| package["dependencies"].as_array().unwrap().iter().map(name).collect();
-    packages.iter().map(|package| (name(package), uses(package))).collect()
+    let dependencies: BTreeSet<String> = package["dependencies"].as_array().unwrap().iter().map(name).collect();
+    // A program names the library beside it like any other.
+    let libraries = dependencies.iter().cloned().chain([name(package)]).collect();
+    let is_shipped = |target: &&Value| ["lib", "bin"].contains(&target["kind"][0].as_str().unwrap());
+    let roots = package["targets"].as_array().unwrap().iter().filter(is_shipped);
+    let uses = roots.flat_map(|target| Crate::read(top, &from_top(&target["src_path"]), &libraries).uses());
+    Package {
+        name: name(package),
+        folder: from_top(&package["manifest_path"]).replace("/Cargo.toml", ""),
+        uses: uses.collect(),
+        dependencies,
+    }
+}
+
+fn package(name: &str) -> &'static Package {
+    PACKAGES.iter().find(|package| package.name == name).unwrap()
+}
+
+/// Every file and path of a library that it names.
+fn libraries_named() -> impl Iterator<Item = (&'static str, &'static str)> {
+    PACKAGES
+        .iter()
+        .flat_map(|package| &package.uses)
+        .filter_map(|used| match &used.target {
+            Target::Library(path) => Some((used.file.as_str(), path.as_str())),
+            Target::File(_) => None,
+        })
+}
+
+/// Every file and another of its crate that it uses.
+fn files_used() -> impl Iterator<Item = (&'static str, &'static str)> {
+    PACKAGES
+        .iter()
+        .flat_map(|package| &package.uses)
+        .filter_map(|used| match &used.target {
+            Target::File(file) => Some((used.file.as_str(), file.as_str())),
+            Target::Library(_) => None,
+        })
+}
+
+/// Whether a path is `top` or below it, of files or of modules.
+fn is_below(path: &str, top: &str) -> bool {
+    path.strip_prefix(top)
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with(['/', ':']) || rest == ".rs")
+}
+
+fn is_below_any(path: &str, tops: &[&str]) -> bool {
+    tops.iter().any(|top| is_below(path, top))
 }
 
 #[test]
 fn crates_use_only_the_crates_below_them() {
-    let dependencies = dependencies();
+    let names: BTreeSet<&str> = PACKAGES.iter().map(|package| package.name.as_str()).collect();
     assert_eq!(
-        dependencies.len(),
-        ALLOWED.len(),
-        "a crate is missing from the table: {:?}",
-        dependencies.keys()
+        names,
+        ALLOWED.iter().map(|(name, _)| *name).collect(),
+        "the table is not the workspace"
     );
     for (name, allowed) in ALLOWED {
-        for used in &dependencies[name] {
-            let is_ours = dependencies.contains_key(used);
+        for used in &package(name).dependencies {
+            let is_ours = names.contains(used.as_str());
             assert!(
                 !is_ours || allowed.contains(&used.as_str()),
                 "{name} must not know {used}"
@@ -69,13 +233,91 @@ fn crates_use_only_the_crates_below_them() {
 }
 
 #[test]
-fn libraries_stay_in_their_crates() {
-    for (name, used) in dependencies() {
+fn libraries_stay_in_the_modules_that_wrap_them() {
+    for (library, homes) in HOMES {
+        let mut found = libraries_named().filter(|(_, path)| is_below(path, library)).peekable();
+        assert!(
+            found.peek().is_some(),
+            "nobody uses {library}, or its name is wrong here"
+        );
+        for (file, path) in found {
+            assert!(is_below_any(file, homes), "{file} must not use {path}");
+        }
+    }
+}
+
+#[test]
+fn libraries_stay_in_their_crates_for_tests_too() {
+    for package in PACKAGES.iter() {
         for (library, homes) in HOMES {
+            let is_home = homes.iter().any(|home| is_below(home, &package.folder));
             assert!(
-                !used.contains(library) || homes.contains(&name.as_str()),
-                "{name} must not use {library}"
+                is_home || !package.dependencies.contains(&library.replace('_', "-")),
+                "{} must not use {library}",
+                package.name
             );
         }
+    }
+}
+
+#[test]
+fn core_is_arithmetic_on_arrays() {
+    let in_core = libraries_named().filter(|(file, _)| file.starts_with("core/"));
+    let outside: Vec<_> = in_core.filter(|(_, path)| !is_below_any(path, &ARITHMETIC)).collect();
+    assert_eq!(outside, [], "no file, clock, thread, socket or stream");
+}
+
+#[test]
+fn wings_of_core_use_only_the_wings_below_them() {
+    let wing = |file: &str| {
+        let inside = file.strip_prefix("core/src/")?;
+        Some(inside.split(['/', '.']).next()?.to_owned())
+    };
+    let wings: BTreeSet<String> = files_used().filter_map(|(_, used)| wing(used)).collect();
+    assert_eq!(
+        wings,
+        WINGS.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        "the table is not the crate"
+    );
+    let table = BTreeMap::from(WINGS);
+    let is_upwards = |(file, used): &(&str, &str)| {
+        let (Some(from), Some(to)) = (wing(file), wing(used)) else {
+            return false;
+        };
+        from != "lib" && from != to && !table[from.as_str()].contains(&to.as_str())
+    };
+    let upwards: BTreeSet<_> = files_used().filter(is_upwards).collect();
+    assert_eq!(upwards, BTreeSet::from(WINGS_TO_PART));
+}
+
+#[test]
+fn no_circles_between_files() {
+    for (from, to) in CIRCLES_TO_BREAK {
+        assert!(
+            files_used().any(|used| used == (from, to)),
+            "{from} -> {to} is gone: take it off the list"
+        );
+    }
+    for package in PACKAGES.iter() {
+        let mut uses = package.uses.clone();
+        uses.retain(|used| match &used.target {
+            Target::File(file) => !CIRCLES_TO_BREAK.contains(&(used.file.as_str(), file.as_str())),
+            Target::Library(_) => true,
+        });
+        let circles: Vec<Edge> = edges_on_circles(&uses);
+        assert_eq!(circles, [], "files of {} use each other", package.name);
+    }
+}
+
+#[test]
+fn verification_shares_no_code_with_what_it_verifies() {
+    let is_verification = |file: &str| is_below(file, "ingest/src/verify");
+    for (file, used) in files_used().filter(|(file, _)| is_verification(file)) {
+        let is_allowed = is_verification(used) || BESIDE_VERIFICATION.contains(&used);
+        assert!(is_allowed, "{file} must not use {used}");
+    }
+    for (file, path) in libraries_named().filter(|(file, _)| is_verification(file)) {
+        let is_allowed = !path.starts_with("terrain_") || is_below_any(path, &BELOW_VERIFICATION);
+        assert!(is_allowed, "{file} must not use {path}");
     }
 }

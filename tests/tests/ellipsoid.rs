@@ -112,3 +112,28 @@ fn cells_are_as_long_as_geodesics() {
         assert!(error.abs().max_element() < 1e-6, "{latitude}°: {error} m");
     }
 }
+
+#[test]
+fn round_figures_are_those_of_the_ellipsoid() {
+    let along_meridian = |latitude: f64| {
+        let at = |latitude| {
+            ellipsoid::to_earth_centred(Geodetic {
+                longitude: 0.0,
+                latitude,
+                height: 0.0,
+            })
+        };
+        (at(latitude + 0.5) - at(latitude - 0.5)).length()
+    };
+    let shortest_degree = along_meridian(0.0);
+    assert!((0.0..1000.0).contains(&(shortest_degree - ellipsoid::LEAST_METRES_IN_A_DEGREE)));
+    let least_radius = shortest_degree.to_degrees();
+    assert!(
+        (0.0..1000.0).contains(&(least_radius - ellipsoid::LEAST_CURVATURE_RADIUS)),
+        "{least_radius}"
+    );
+    let mean_radius = (2.0 * ellipsoid::SEMI_MAJOR + ellipsoid::SEMI_MINOR) / 3.0;
+    assert!((mean_radius - ellipsoid::MEAN_RADIUS).abs() < 500.0);
+    let degree_of_equator = ellipsoid::SEMI_MAJOR.to_radians();
+    assert!((degree_of_equator - ellipsoid::METRES_IN_A_DEGREE).abs() < 5.0);
+}

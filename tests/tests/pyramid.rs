@@ -8,6 +8,8 @@ use geo::{Area, Coord, LineString, Polygon};
 use tempfile::TempDir;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
+use terrain_ingest::raster::Rasters;
+use terrain_ingest::store::Store;
 use terrain_ingest::verify::ArchiveReport;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
@@ -21,6 +23,7 @@ const MAX_ERROR: f64 = 10.0;
 
 struct Built {
     folder: TempDir,
+    rasters: Rasters,
     grid: HeightGrid,
 }
 
@@ -29,6 +32,7 @@ impl Built {
         let grid = raster::read(files, &ReadOptions::default()).unwrap();
         let built = Self {
             folder: TempDir::new().unwrap(),
+            rasters: Rasters::open(files, &ReadOptions::default()).unwrap(),
             grid,
         };
         built.build("archive.pmtiles", max_error);
@@ -40,7 +44,9 @@ impl Built {
             max_error: Some(max_error),
             ..pyramid::Options::default()
         };
-        pyramid::build(&self.grid, &options, &self.path(name), &Progress::silent()).unwrap();
+        let work = TempDir::new().unwrap();
+        let store = Store::open(&work.path().display().to_string()).unwrap();
+        pyramid::build(&self.rasters, &options, &store, &self.path(name), &Progress::silent()).unwrap();
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -48,7 +54,7 @@ impl Built {
     }
 
     fn verified(&self, name: &str) -> ArchiveReport {
-        verify::archive(&self.path(name), &self.grid, &Progress::silent()).unwrap()
+        verify::archive(&self.path(name), (&self.grid).into(), 64 << 20, &Progress::silent()).unwrap()
     }
 }
 
@@ -187,7 +193,7 @@ fn one_mesh_keeps_its_error_at_the_samples_where_that_is_what_was_asked() {
         quality: Quality::Default,
     };
     let report = tin::run(&SAMPLE.grid, &options, &output, &Progress::silent()).unwrap();
-    let measured = verify::mesh(&output, &SAMPLE.grid, None).unwrap();
+    let measured = verify::mesh(&output, (&SAMPLE.grid).into(), None, 64 << 20).unwrap();
     assert!(measured.holds(), "{measured}");
     assert!(
         measured.measured_at_samples <= 20.0 && measured.measured_between_samples > 20.0,

@@ -20,8 +20,6 @@ fn grid(columns: usize, rows: usize, height: impl Fn(usize, usize) -> f32) -> He
         rows,
         heights: heights.collect(),
         georeference: GeoReference::wgs84(columns, rows, DVec2::new(7.0, 46.0), DVec2::new(0.001, -0.001)),
-        vertical_datum: "unknown".into(),
-        files: vec!["synthetic".into()],
     }
 }
 
@@ -34,7 +32,7 @@ fn triangulated(grid: &HeightGrid, max_error: f64, bound: Bound, quality: Qualit
         quality,
     };
     let report = tin::run(grid, &options, &output, &Progress::silent()).unwrap();
-    let measured = verify::mesh(&output, grid, None).unwrap();
+    let measured = verify::mesh(&output, grid.into(), None, 64 << 20).unwrap();
     assert!(measured.holds(), "{bound:?} {quality:?}: {measured}");
     assert!(
         report.certified_error <= max_error,

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use serde_json::{Value, json};
-use terrain_tests::{files_below, vectors, workspace};
+use terrain_tests::{files_below, shared_vectors, vectors, workspace};
 
 /// A vector as a stranger's checker hands it out: of `expected` only what its kind counts among the inputs.
 fn question(vector: &Value) -> Value {
@@ -85,22 +85,16 @@ fn vectors_of_this_project_are_answered() {
 
 #[test]
 fn vectors_of_an_independent_reference_are_answered() {
-    let folder = workspace().join("../shared/vectors");
-    if !folder.exists() {
-        println!("skipped: {} is not there", folder.display());
-        return;
-    }
+    let Some(folder) = shared_vectors("") else { return };
     assert!(answer_all(&folder, &KINDS) >= 24);
 }
 
 /// The reference's file of a partition is what the product makes of the same collapses and writes.
 #[test]
 fn a_partition_is_written_as_the_reference_writes_it() {
-    let path = workspace().join("../shared/vectors/multilevel_partition_grid5.json");
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
+    let Some(path) = shared_vectors("multilevel_partition_grid5.json") else {
         return;
-    }
+    };
     let vector = read(&path);
     let written = vectors::text_of_collapses(&vector).unwrap();
     assert_eq!(written, vector["text"].as_str().unwrap());
@@ -151,11 +145,9 @@ fn a_log_that_is_not_valid_is_refused_with_its_index() {
 /// What the papers' rules make of surfaces and errors outside their assumptions, and that the product says so.
 #[test]
 fn counterexamples_are_drawn_as_the_papers_would_and_not_called_consistent() {
-    let path = workspace().join("../shared/vectors/counterexamples.json");
-    if !path.exists() {
-        println!("skipped: {} is not there", path.display());
+    let Some(path) = shared_vectors("counterexamples.json") else {
         return;
-    }
+    };
     let vector = read(&path);
     let answer = vectors::answer(&vector).unwrap();
     let compared = [

@@ -5,9 +5,6 @@ use std::fmt;
 /// Largest zoom: lattice coordinates of the whole Earth then still fit exactly in the integers of an `f64`.
 pub const MAX_ZOOM: u8 = 26;
 
-/// Lattice units along a side of a tile of the leaf zoom, as a power of two.
-pub const LEAF_EXTENT_BITS: u8 = 15;
-
 /// A tile of the geographic scheme. Zoom `z` has 2^(z+1) columns and 2^z rows; `y` counts from the south pole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TileAddress {

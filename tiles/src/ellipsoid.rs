@@ -10,6 +10,14 @@ pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
 pub const SEMI_MINOR: f64 = SEMI_MAJOR * (1.0 - FLATTENING);
 /// First eccentricity, squared.
 pub const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
+/// Mean of the three semi-axes in metres, the Earth as a ball; to a kilometre.
+pub const MEAN_RADIUS: f64 = terrain_core::height_field::reference::EARTH_RADIUS;
+/// Smallest radius of curvature in metres, that of a meridian at the equator; rounded down to a kilometre.
+pub const LEAST_CURVATURE_RADIUS: f64 = 6_335_000.0;
+/// Metres in a degree of the equator; to ten metres.
+pub const METRES_IN_A_DEGREE: f64 = 111_320.0;
+/// Metres in the shortest degree of latitude, that at the equator; rounded down, so that a reach in degrees is no shorter.
+pub const LEAST_METRES_IN_A_DEGREE: f64 = 110_000.0;
 
 /// A point by longitude and latitude in degrees and height above the ellipsoid in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]

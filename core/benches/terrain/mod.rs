@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use terrain_core::Surface;
+use terrain_core::height_field::heights::Heights;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::{Bound, Reference};
 use terrain_core::height_field::refine::{Refinement, refine};
@@ -60,13 +61,16 @@ impl Terrain {
     fn reference(&self, bound: Bound) -> Reference<'_> {
         let high = DVec2::splat((self.side - 1) as f64 * UNITS);
         Reference {
-            columns: self.side,
-            rows: self.side,
-            heights: &self.heights,
+            heights: Heights {
+                columns: self.side,
+                rows: self.side,
+                samples: &self.heights,
+            },
             plan: PlanMap::fit(DVec2::ZERO, high, |plan| plan / UNITS, |grid| grid * UNITS),
             curvature: &self.curvature,
             ground: DVec2::ONE,
             bound,
+            finer: None,
         }
     }
 

@@ -12,6 +12,7 @@ use glam::DVec2;
 
 use crate::height_field::fan::Fan;
 use crate::height_field::filters::{self, is_upright};
+use crate::height_field::finer::SurfacePoint;
 use crate::height_field::interval::Interval;
 use crate::height_field::reference::{Bound, GridPoint, Piece, Reference};
 use crate::height_field::samples::Sample;
@@ -23,6 +24,8 @@ use crate::levels::collapse_log::Collapse;
 pub(crate) const SPIKE: f64 = 2.0;
 /// Heights tried for one place: where one fails between the points that constrained it, that place is a constraint, too.
 const CUTS: usize = 4;
+/// The same where the points that constrain are few at first.
+const FINER_CUTS: usize = 8;
 
 /// What one candidate after the other needs, kept so that none allocates.
 #[derive(Default)]
@@ -39,6 +42,8 @@ pub(crate) struct Scratch {
     /// Half-edges to the ring.
     spokes: Vec<u32>,
     pieces: Vec<(Piece, f64)>,
+    /// Places between the samples where a candidate was too far from the surface.
+    found: Vec<Sample>,
 }
 
 /// The vertices around one, counter-clockwise, with their places side by side.
@@ -159,6 +164,7 @@ impl Simplifier<'_> {
             scratch.has_others = self.keeps_height(edge.red);
             self.first_place(edge, at_red, shape, scratch)
         };
+        self.keep_found(edge, scratch);
         place.map(|place| Chosen {
             red: edge.red,
             place,
@@ -198,6 +204,7 @@ impl Simplifier<'_> {
                 self.gather_around_other(edge.red, edge.blue, &mut scratch.others);
             }
             scratch.fan.constrain(&mut scratch.others, &mut interval);
+            scratch.fan.constrain(&mut scratch.found, &mut interval);
             self.settle(plan, grid, interval, shape.least_altitude, scratch)
         })
     }
@@ -242,7 +249,7 @@ impl Simplifier<'_> {
     /// How far the outline would stray, metres.
     fn strays(&self, edge: Edge) -> f64 {
         if self.kinds[edge.blue as usize] == VertexKind::Outline {
-            self.outline.strays(edge.blue, edge.red)
+            self.outline.strays(self.surface.reference, edge.blue, edge.red)
         } else {
             0.0
         }
@@ -335,7 +342,7 @@ impl Simplifier<'_> {
     /// a spike when its triangles hold hardly any.
     fn constrain_spike(&self, grid: DVec2, interval: &mut Interval) {
         if !interval.is_single()
-            && let Some(height) = self.surface.reference.height_near(grid)
+            && let Some(height) = self.surface.reference.heights.height_near(grid)
         {
             interval.constrain(1.0 / SPIKE, height / SPIKE);
         }
@@ -358,19 +365,28 @@ impl Simplifier<'_> {
         least_altitude: f64,
         scratch: &mut Scratch,
     ) -> Option<Place> {
-        let Scratch { ring, pieces, .. } = scratch;
         let reference = self.surface.reference;
-        if interval.is_empty() || !ring.is_seen_from(plan, least_altitude) {
+        if interval.is_empty() || !scratch.ring.is_seen_from(plan, least_altitude) {
             return None;
         }
-        pieces.clear();
-        match reference.bound {
-            Bound::Samples => self.constrain_spike(grid, &mut interval),
-            Bound::Surface => interval.constrain_by_edges(reference, grid, &ring.points, pieces),
+        scratch.pieces.clear();
+        match (reference.bound, reference.finer) {
+            (Bound::Samples, _) => self.constrain_spike(grid, &mut interval),
+            (Bound::Surface, Some(finer)) => {
+                if let Some(height) = finer.height(grid) {
+                    interval.constrain(1.0, height);
+                }
+            }
+            (Bound::Surface, None) => {
+                let Scratch { ring, pieces, .. } = scratch;
+                interval.constrain_by_edges(reference, grid, &ring.points, pieces);
+            }
         }
-        let height = (0..CUTS).find_map(|_| {
-            let height = interval.best(ring.points[0].height, self.shape.height_step)?;
-            let is_cut = interval.cut(pieces, height);
+        let cuts = if reference.finer.is_some() { FINER_CUTS } else { CUTS };
+        let height = (0..cuts).find_map(|_| {
+            let height = interval.best(scratch.ring.points[0].height, self.shape.height_step)?;
+            let is_cut = interval.cut(&scratch.pieces, height)
+                || scratch.is_cut_between_samples(reference, GridPoint { grid, height }, &mut interval);
             (!is_cut).then_some(height)
         })?;
         Some(Place {
@@ -378,6 +394,50 @@ impl Simplifier<'_> {
             point: GridPoint { grid, height },
             squares: interval.squares_at(height),
         })
+    }
+
+    /// Puts the places found between samples into the lists of the triangles above them, so that the next candidate fails
+    /// quickly there.
+    fn keep_found(&mut self, edge: Edge, scratch: &mut Scratch) {
+        while let Some(found) = scratch.found.pop() {
+            let Some((triangle, is_around_blue)) = self.triangle_above(edge, found.at) else {
+                continue;
+            };
+            let sample = self.samples.add(SurfacePoint {
+                at: found.at,
+                height: found.height,
+            });
+            self.samples.put(triangle, &sample);
+            if is_around_blue {
+                scratch.samples.push(sample);
+            } else {
+                scratch.others.push(sample);
+            }
+        }
+    }
+
+    /// The triangle around one of an edge's ends with a place, and whether it is around the blue one.
+    fn triangle_above(&self, edge: Edge, at: DVec2) -> Option<(u32, bool)> {
+        let connectivity = &self.surface.connectivity;
+        let turn = self.surface.reference.plan.handedness();
+        let holds = |triangle: u32| {
+            let corners = connectivity
+                .corners(triangle)
+                .map(|c| c.map(|corner| self.surface.grid(corner)));
+            corners.is_some_and(|[a, b, c]| {
+                [(a, b), (b, c), (c, a)]
+                    .into_iter()
+                    .all(|(from, to)| turn * (to - from).perp_dot(at - from) >= 0.0)
+            })
+        };
+        let around = |vertex: u32| {
+            connectivity
+                .leaving(vertex)
+                .map(|edge| edge / 3)
+                .find(|&triangle| holds(triangle))
+        };
+        let around_blue = around(edge.blue).map(|triangle| (triangle, true));
+        around_blue.or_else(|| around(edge.red).map(|triangle| (triangle, false)))
     }
 
     pub(crate) fn perform(&mut self, blue: u32, chosen: &Chosen, is_recorded: bool, scratch: &mut Scratch) {
@@ -442,10 +502,29 @@ impl Simplifier<'_> {
 }
 
 impl Scratch {
+    /// Looks for a place between the samples where the fan from `centre` is beyond the tolerance; constrains by it. Tells whether
+    /// there is one.
+    fn is_cut_between_samples(&mut self, reference: &Reference, centre: GridPoint, interval: &mut Interval) -> bool {
+        let Some(finer) = reference.finer.filter(|_| interval.tolerance.is_finite()) else {
+            return false;
+        };
+        let Ring { points, is_closed, .. } = &self.ring;
+        let curvature = reference.curvature_at(centre.grid.y);
+        let fan = (centre, points.as_slice(), *is_closed);
+        let Some(found) = finer.beyond(fan, curvature, reference.bound, interval.tolerance) else {
+            return false;
+        };
+        let mut found = [Sample::from(found)];
+        self.fan.constrain(&mut found, interval);
+        self.found.extend(found);
+        true
+    }
+
     /// Forgets the samples gathered.
     pub(crate) fn clear_samples(&mut self) {
         self.samples.clear();
         self.others.clear();
+        self.found.clear();
     }
 
     /// Makes the ring of all around blue but red, beginning after red.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
+use crate::height_field::reference::Reference;
 use crate::height_field::surface::Surface;
 
 /// The boundary loops of a mesh as they were, and which of their vertices are left.
@@ -19,7 +20,7 @@ pub(crate) struct OutlineChains {
 /// A vertex of the boundary where it was.
 struct Passed {
     vertex: u32,
-    metres: DVec2,
+    grid: DVec2,
     is_left: bool,
 }
 
@@ -61,10 +62,9 @@ impl OutlineChains {
             *used += 1;
             let visit = self.visits.entry(at).or_default();
             *visit = (visit.0.saturating_add(1), self.passed.len());
-            let metres = surface.point(at).grid * surface.reference.ground;
             self.passed.push(Passed {
                 vertex: at,
-                metres,
+                grid: surface.grid(at),
                 is_left: true,
             });
             at = next;
@@ -85,7 +85,7 @@ impl OutlineChains {
 
     /// Largest distance in metres between the boundary vertices as they were and the new edge, if the boundary vertex
     /// `blue` collapses into `red` next to it.
-    pub(crate) fn strays(&self, blue: u32, red: u32) -> f64 {
+    pub(crate) fn strays(&self, reference: &Reference, blue: u32, red: u32) -> f64 {
         let Some(&(_, place)) = self.visits.get(&blue) else {
             return f64::INFINITY;
         };
@@ -96,11 +96,11 @@ impl OutlineChains {
         if self.passed[before].vertex != red && self.passed[after].vertex != red {
             return f64::INFINITY;
         }
-        let (from, to) = (self.passed[before].metres, self.passed[after].metres);
+        let (from, to) = (self.passed[before].grid, self.passed[after].grid);
         let mut farthest: f64 = 0.0;
         let mut index = self.step(before, true);
         while index != after {
-            farthest = farthest.max(distance_to_segment(self.passed[index].metres, from, to));
+            farthest = farthest.max(distance_to_segment(reference, self.passed[index].grid, from, to));
             index = self.step(index, true);
         }
         farthest
@@ -127,8 +127,13 @@ impl OutlineChains {
     }
 }
 
-fn distance_to_segment(point: DVec2, from: DVec2, to: DVec2) -> f64 {
-    let along = to - from;
-    let t = ((point - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    point.distance(from + along * t)
+/// Metres from a point of the grid to the nearest of a segment, as long as they can be: a column is longer towards the
+/// equator.
+fn distance_to_segment(reference: &Reference, point: DVec2, from: DVec2, to: DVec2) -> f64 {
+    let ground = reference.ground_at(point.y);
+    let (along, before) = ((to - from) * ground, (point - from) * ground);
+    let share = (before.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let nearest = from.lerp(to, share);
+    let longest = ground.max(reference.ground_at(nearest.y));
+    ((nearest - point) * longest).length()
 }

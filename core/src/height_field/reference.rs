@@ -12,11 +12,18 @@
 
 use glam::DVec2;
 
+use crate::height_field::finer::Finer;
+use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::scan;
 
 /// Cells within which a point is on a grid line: rounding must not hide the samples along an edge.
 pub(crate) const ON_A_LINE: f64 = 1e-7;
+
+/// Mean radius of the Earth, metres: what curvatures are of.
+pub const EARTH_RADIUS: f64 = 6_371_000.0;
+/// How much longer a step may be elsewhere in its row.
+const ALONG_A_ROW: f64 = 1.01;
 
 /// Where the promised bound holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,12 +37,8 @@ pub enum Bound {
 /// Samples on a grid, and how a mesh's plan coordinates lie over them.
 #[derive(Clone, Debug)]
 pub struct Reference<'a> {
-    /// Samples in a row.
-    pub columns: usize,
-    /// Rows.
-    pub rows: usize,
-    /// Row by row, metres; NaN is void.
-    pub heights: &'a [f32],
+    /// The samples; grid coordinates are those of this window.
+    pub heights: Heights<'a>,
     /// Between the mesh's plan coordinates and the grid's.
     pub plan: PlanMap,
     /// `kx` and `ky` of each row: squared ground metres of a step over twice the Earth's radius; 0 on a plane.
@@ -44,6 +47,8 @@ pub struct Reference<'a> {
     pub ground: DVec2,
     /// Where the bound is to hold.
     pub bound: Bound,
+    /// What lies between the samples, where these are not all there are.
+    pub finer: Option<Finer<'a>>,
 }
 
 /// A mesh vertex over the grid.
@@ -84,6 +89,35 @@ impl Deviation {
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         if other.size > self.size { other } else { self }
+    }
+}
+
+/// A triangle that is flat in space, on the grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flat {
+    origin: GridPoint,
+    slope: DVec2,
+    curvature: DVec2,
+}
+
+impl Flat {
+    /// None where the corners are on one line.
+    pub(crate) fn through([a, b, c]: [GridPoint; 3], curvature: DVec2) -> Option<Self> {
+        let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
+        let area = to_b.perp_dot(to_c);
+        let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
+        let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
+        (area != 0.0).then(|| Self {
+            origin: a,
+            slope: (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area,
+            curvature,
+        })
+    }
+
+    #[inline]
+    pub(crate) fn height(&self, at: DVec2) -> f64 {
+        let offset = at - self.origin.grid;
+        self.origin.height + (self.slope + self.curvature * offset).dot(offset)
     }
 }
 
@@ -135,6 +169,18 @@ impl Piece {
         (self.first + self.last) / 2.0 - self.bend / 4.0
     }
 
+    /// Where the piece differs most from an edge between two heights: the parameter, and the difference.
+    pub(crate) fn worst(&self, a: f64, b: f64) -> (f64, f64) {
+        let [first, summit, last] = self.differences(a, b);
+        let places = [
+            (self.start, first),
+            (self.end, last),
+            (self.summit(first, last), summit),
+        ];
+        let larger = |a: (f64, f64), b: (f64, f64)| if b.1.abs() > a.1.abs() { b } else { a };
+        places.into_iter().fold((self.start, 0.0), larger)
+    }
+
     fn summit(&self, first: f64, last: f64) -> f64 {
         let share = 0.5 - (last - first) / (2.0 * self.bend);
         self.start + share * (self.end - self.start)
@@ -142,85 +188,58 @@ impl Piece {
 }
 
 impl Reference<'_> {
-    /// Height of a sample; NaN where it is void.
-    #[must_use]
-    pub fn sample(&self, column: usize, row: usize) -> f64 {
-        f64::from(self.heights[row * self.columns + column])
-    }
-
-    /// Whether the cell whose first corner is (`column`, `row`) has four samples.
-    #[must_use]
-    pub fn cell_is_valid(&self, column: i64, row: i64) -> bool {
-        let inside = column >= 0 && row >= 0 && column + 1 < self.columns as i64 && row + 1 < self.rows as i64;
-        inside
-            && !self
-                .corners(column as usize, row as usize)
-                .iter()
-                .any(|height| height.is_nan())
-    }
-
-    /// Height of the surface at a point; where some corners of its cell are void, of what samples there are.
-    #[must_use]
-    pub fn height_near(&self, grid: DVec2) -> Option<f64> {
-        let limit = DVec2::new(self.columns as f64 - 1.0, self.rows as f64 - 1.0);
-        let inside = grid.clamp(DVec2::ZERO, limit);
-        let first = inside.floor().min((limit - 1.0).max(DVec2::ZERO));
-        let weight = inside - first;
-        let (mut total, mut height) = (0.0, 0.0);
-        for (column, across) in [(0.0, 1.0 - weight.x), (1.0, weight.x)] {
-            for (row, down) in [(0.0, 1.0 - weight.y), (1.0, weight.y)] {
-                let sample = self.sample((first.x + column) as usize, (first.y + row) as usize);
-                if !sample.is_nan() && across * down > 0.0 {
-                    total += across * down;
-                    height += across * down * sample;
-                }
-            }
-        }
-        (total > 1e-9).then(|| height / total)
-    }
-
     /// `kx` and `ky` at a row.
     pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
-        self.curvature[(row.max(0.0) as usize).min(self.rows - 1)]
+        self.curvature[(row.max(0.0) as usize).min(self.heights.rows - 1)]
+    }
+
+    /// Ground metres of a column and of a row step at a row, not less than anywhere along it.
+    pub(crate) fn ground_at(&self, row: f64) -> DVec2 {
+        let curvature = self.curvature_at(row).max(self.curvature_at(row + 1.0));
+        if curvature == DVec2::ZERO {
+            return self.ground;
+        }
+        let squared = curvature * (2.0 * EARTH_RADIUS);
+        ALONG_A_ROW * DVec2::new(squared.x.sqrt(), squared.y.sqrt())
     }
 
     /// Largest difference between the triangle and the samples that it covers.
     #[must_use]
     pub fn triangle_deviation(&self, corners: [GridPoint; 3]) -> Deviation {
-        let [a, b, c] = corners;
-        let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
-        let area = to_b.perp_dot(to_c);
         let mut worst = Deviation::NONE;
-        if area == 0.0 {
+        let curvature = self.curvature_at(corners.map(|corner| corner.grid.y).iter().sum::<f64>() / 3.0);
+        let Some(flat) = Flat::through(corners, curvature) else {
             return worst;
-        }
-        let curvature = self.curvature_at((a.grid.y + b.grid.y + c.grid.y) / 3.0);
-        let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
-        let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
-        let slope = (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area;
-        scan::visit_rows([a.grid, b.grid, c.grid], [self.columns, self.rows], |row, columns| {
-            let down = scan::double(row) - a.grid.y;
-            let at_row = a.height + (slope.y + curvature.y * down) * down;
-            let samples = &self.heights[row * self.columns..][columns.clone()];
-            let from_a = scan::double(columns.start) - a.grid.x;
-            let difference = |step: usize, sample: f32| {
-                let across = from_a + scan::double(step);
-                (f64::from(sample) - at_row - (slope.x + curvature.x * across) * across).abs()
-            };
-            let (mut size, mut place) = (worst.size, usize::MAX);
-            for (step, &sample) in samples.iter().enumerate() {
-                let found = difference(step, sample);
-                if found > size {
-                    (size, place) = (found, step);
-                }
-            }
-            if place != usize::MAX {
-                worst = Deviation {
-                    size,
-                    at: DVec2::new((columns.start + place) as f64, row as f64),
+        };
+        let Flat { origin: a, slope, .. } = flat;
+        let [_, b, c] = corners;
+        scan::visit_rows(
+            [a.grid, b.grid, c.grid],
+            [self.heights.columns, self.heights.rows],
+            |row, columns| {
+                let down = scan::double(row) - a.grid.y;
+                let at_row = a.height + (slope.y + curvature.y * down) * down;
+                let samples = &self.heights.samples[row * self.heights.columns..][columns.clone()];
+                let from_a = scan::double(columns.start) - a.grid.x;
+                let difference = |step: usize, sample: f32| {
+                    let across = from_a + scan::double(step);
+                    (f64::from(sample) - at_row - (slope.x + curvature.x * across) * across).abs()
                 };
-            }
-        });
+                let (mut size, mut place) = (worst.size, usize::MAX);
+                for (step, &sample) in samples.iter().enumerate() {
+                    let found = difference(step, sample);
+                    if found > size {
+                        (size, place) = (found, step);
+                    }
+                }
+                if place != usize::MAX {
+                    worst = Deviation {
+                        size,
+                        at: DVec2::new((columns.start + place) as f64, row as f64),
+                    };
+                }
+            },
+        );
         worst
     }
 
@@ -273,7 +292,7 @@ impl Reference<'_> {
                 end,
                 first,
                 last,
-                bend: cell.twist * step.x * step.y - hang * length * length,
+                bend: cell.bend(step) - hang * length * length,
             });
         });
     }
@@ -281,8 +300,8 @@ impl Reference<'_> {
     /// The valid cell at a point; either neighbour where the point is on a grid line.
     fn cell_under(&self, point: DVec2) -> Option<Cell> {
         let index = |coordinate: f64, count: usize| (coordinate.max(0.0) as usize).min(count.saturating_sub(2));
-        let (column, row) = (index(point.x, self.columns), index(point.y, self.rows));
-        let cell = self.cell(column, row);
+        let (column, row) = (index(point.x, self.heights.columns), index(point.y, self.heights.rows));
+        let cell = Cell::new([column, row], self.heights.corners(column, row));
         if !cell.twist.is_nan() {
             return Some(cell);
         }
@@ -293,28 +312,14 @@ impl Reference<'_> {
                 index
             }
         };
-        let neighbour = self.cell(before(point.x, column), before(point.y, row));
+        let beside = [before(point.x, column), before(point.y, row)];
+        let neighbour = Cell::new(beside, self.heights.corners(beside[0], beside[1]));
         (!neighbour.twist.is_nan()).then_some(neighbour)
-    }
-
-    fn cell(&self, column: usize, row: usize) -> Cell {
-        let [h00, h10, h01, h11] = self.corners(column, row);
-        Cell {
-            first: DVec2::new(column as f64, row as f64),
-            height: h00,
-            slope: DVec2::new(h10 - h00, h01 - h00),
-            twist: h00 - h10 - h01 + h11,
-        }
-    }
-
-    fn corners(&self, column: usize, row: usize) -> [f64; 4] {
-        let (above, below) = (row * self.columns + column, (row + 1) * self.columns + column);
-        [above, above + 1, below, below + 1].map(|index| f64::from(self.heights[index]))
     }
 }
 
 /// The bilinear form of a cell; its twist is NaN where a corner is void.
-struct Cell {
+pub(crate) struct Cell {
     first: DVec2,
     height: f64,
     slope: DVec2,
@@ -322,9 +327,24 @@ struct Cell {
 }
 
 impl Cell {
-    fn height(&self, at: DVec2) -> f64 {
+    /// Of the heights at its corners, row by row.
+    pub(crate) fn new([column, row]: [usize; 2], [h00, h10, h01, h11]: [f64; 4]) -> Self {
+        Self {
+            first: DVec2::new(column as f64, row as f64),
+            height: h00,
+            slope: DVec2::new(h10 - h00, h01 - h00),
+            twist: h00 - h10 - h01 + h11,
+        }
+    }
+
+    pub(crate) fn height(&self, at: DVec2) -> f64 {
         let inside = at - self.first;
         self.height + self.slope.dot(inside) + self.twist * inside.x * inside.y
+    }
+
+    /// Of a step in the cell: 4 × the height in its middle below the mean of those at both ends.
+    pub(crate) fn bend(&self, step: DVec2) -> f64 {
+        self.twist * step.x * step.y
     }
 }
 

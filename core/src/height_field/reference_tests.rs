@@ -5,13 +5,16 @@ pub(crate) fn flat_earth<'a>(columns: usize, heights: &'a [f32], curvature: &'a 
     let rows = heights.len() / columns;
     let high = DVec2::new(columns as f64, rows as f64);
     Reference {
-        columns,
-        rows,
-        heights,
+        heights: Heights {
+            columns,
+            rows,
+            samples: heights,
+        },
         plan: PlanMap::fit(DVec2::ZERO, high, |p| p, |p| p),
         curvature,
         ground: DVec2::ONE,
         bound: Bound::Surface,
+        finer: None,
     }
 }
 
@@ -78,8 +81,8 @@ fn void_cells_are_no_surface() {
         reference.edge_deviation(point(0.5, 0.5, 99.0), point(1.5, 1.5, 99.0)),
         Deviation::NONE
     );
-    assert_eq!(reference.height_near(DVec2::new(0.5, 0.5)), Some(0.0));
-    assert!(!reference.cell_is_valid(1, 1) && !reference.cell_is_valid(2, 0));
+    assert_eq!(reference.heights.height_near(DVec2::new(0.5, 0.5)), Some(0.0));
+    assert!(!reference.heights.cell_is_valid(1, 1) && !reference.heights.cell_is_valid(2, 0));
 }
 
 #[test]

@@ -137,7 +137,7 @@ impl Refiner<'_, '_> {
 
     /// Whether a sample of a block strays from the bilinear surface through the block's corners.
     fn is_rough(&self, column: usize, row: usize) -> bool {
-        let sample = |across: usize, down: usize| self.surface.reference.sample(column + across, row + down);
+        let sample = |across: usize, down: usize| self.surface.reference.heights.sample(column + across, row + down);
         let share = |steps: usize| steps as f64 / BLOCK as f64;
         let along = |from: f64, to: f64, steps: usize| from + (to - from) * share(steps);
         (0..=BLOCK).any(|down| {
@@ -249,7 +249,7 @@ impl Refiner<'_, '_> {
         let Some((edge, is_on_edge)) = self.locate(triangle, plan) else {
             return false;
         };
-        let Some(height) = reference.height_near(grid) else {
+        let Some(height) = reference.heights.height_near(grid) else {
             return false;
         };
         let vertex = if is_on_edge {

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::DVec2;
 
+use crate::height_field::finer::SurfacePoint;
 use crate::height_field::reference::Reference;
 use crate::height_field::scan;
 use crate::height_field::surface::Surface;
@@ -24,10 +25,22 @@ pub(crate) struct Sample {
     index: u32,
 }
 
-/// The samples of a part of the grid, by triangle.
+impl From<SurfacePoint> for Sample {
+    /// In no list.
+    fn from(point: SurfacePoint) -> Self {
+        Self {
+            at: point.at,
+            height: point.height,
+            index: END,
+        }
+    }
+}
+
+/// The samples of a part of the grid, by triangle, and further places of the surface that turned out to matter.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SampleLists {
     window: Window,
+    further: Vec<SurfacePoint>,
     /// The first sample under each triangle.
     heads: Vec<u32>,
     /// What follows each sample in its list.
@@ -42,6 +55,7 @@ impl SampleLists {
         let window = Window::new(&columns, &rows);
         let mut lists = Self {
             window,
+            further: Vec::new(),
             heads: vec![END; surface.connectivity.triangle_slots() as usize],
             following: vec![UNCOVERED; window.columns * rows.len()],
         };
@@ -50,6 +64,16 @@ impl SampleLists {
             window.visit_under(reference, corners, |sample| lists.put(triangle, &sample));
         }
         lists
+    }
+
+    /// Takes one more place into account; it is in no list yet.
+    pub(crate) fn add(&mut self, point: SurfacePoint) -> Sample {
+        self.further.push(point);
+        self.following.push(UNCOVERED);
+        Sample {
+            index: self.following.len() as u32 - 1,
+            ..Sample::from(point)
+        }
     }
 
     /// Adds a sample to a triangle's list, if it is in none.
@@ -73,8 +97,20 @@ impl SampleLists {
     pub(crate) fn gather(&self, reference: &Reference, triangle: u32, found: &mut Vec<Sample>) {
         let mut index = self.heads[triangle as usize];
         while index != END {
-            found.push(self.window.sample(reference, index));
+            found.push(self.sample(reference, index));
             index = self.following[index as usize];
+        }
+    }
+
+    #[inline]
+    fn sample(&self, reference: &Reference, index: u32) -> Sample {
+        let regular = self.following.len() - self.further.len();
+        match (index as usize).checked_sub(regular) {
+            None => self.window.sample(reference, index),
+            Some(further) => Sample {
+                index,
+                ..Sample::from(self.further[further])
+            },
         }
     }
 
@@ -114,20 +150,24 @@ impl Window {
         let (column, row) = (across + self.first[0], down + self.first[1]);
         Sample {
             at: DVec2::new(f64::from(column), f64::from(row)),
-            height: reference.sample(column as usize, row as usize),
+            height: reference.heights.sample(column as usize, row as usize),
             index,
         }
     }
 
     fn visit_under(&self, reference: &Reference, corners: [DVec2; 3], mut visit: impl FnMut(Sample)) {
-        scan::visit_rows(corners, [reference.columns, reference.rows], |row, columns| {
-            for column in columns {
-                let index = (row - self.first[1] as usize) * self.columns + column - self.first[0] as usize;
-                let sample = self.sample(reference, index as u32);
-                if !sample.height.is_nan() {
-                    visit(sample);
+        scan::visit_rows(
+            corners,
+            [reference.heights.columns, reference.heights.rows],
+            |row, columns| {
+                for column in columns {
+                    let index = (row - self.first[1] as usize) * self.columns + column - self.first[0] as usize;
+                    let sample = self.sample(reference, index as u32);
+                    if !sample.height.is_nan() {
+                        visit(sample);
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 }

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::*;
 use crate::height_field::collapse::SPIKE;
+use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::reference::{Bound, Reference};
 use crate::height_field::refine::{Refinement, refine};
@@ -32,13 +33,16 @@ fn reference<'a>(heights: &'a [f32], curvature: &'a [DVec2], bound: Bound) -> Re
         |p| p * SCALE,
     );
     Reference {
-        columns: SIZE,
-        rows: SIZE,
-        heights,
+        heights: Heights {
+            columns: SIZE,
+            rows: SIZE,
+            samples: heights,
+        },
         plan,
         curvature,
         ground: DVec2::splat(30.0),
         bound,
+        finer: None,
     }
 }
 
@@ -56,7 +60,7 @@ fn square(heights: &[f32]) -> Outline {
 }
 
 fn refined<'a>(reference: &'a Reference<'a>, tolerance: f64, height_step: f64) -> Surface<'a> {
-    let mesh = triangulate(&square(reference.heights), |_| true).unwrap();
+    let mesh = triangulate(&square(reference.heights.samples), |_| true).unwrap();
     let mut surface = Surface::new(&mesh, reference);
     let frame = None;
     refine(
@@ -195,7 +199,7 @@ fn no_vertex_stands_out_of_the_surface_where_the_bound_is_at_samples() {
     });
     let off = |vertex: &u32| {
         let point = simplifier.surface.point(*vertex);
-        (point.height - reference.height_near(point.grid).unwrap()).abs()
+        (point.height - reference.heights.height_near(point.grid).unwrap()).abs()
     };
     let worst = (0..simplifier.kinds.len() as u32)
         .filter(|&vertex| simplifier.surface.connectivity.is_live(vertex))
@@ -356,8 +360,12 @@ fn whole_cells(reference: &Reference) -> Mesh {
     let mut mesh = Mesh::default();
     for index in 0..SIZE * SIZE {
         let plan = DVec2::new((index % SIZE) as f64, (index / SIZE) as f64) * SCALE;
-        mesh.positions.push(plan.extend(f64::from(reference.heights[index])));
-        if reference.cell_is_valid((index % SIZE) as i64, (index / SIZE) as i64) {
+        mesh.positions
+            .push(plan.extend(f64::from(reference.heights.samples[index])));
+        if reference
+            .heights
+            .cell_is_valid((index % SIZE) as i64, (index / SIZE) as i64)
+        {
             let a = index as u32;
             let below = a + SIZE as u32;
             mesh.triangles.extend([[a, a + 1, below + 1], [a, below + 1, below]]);

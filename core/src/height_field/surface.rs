@@ -92,8 +92,8 @@ impl<'a> Surface<'a> {
             (low.min(grid), high.max(grid))
         });
         [
-            scan::whole_numbers(low.x, high.x, self.reference.columns),
-            scan::whole_numbers(low.y, high.y, self.reference.rows),
+            scan::whole_numbers(low.x, high.x, self.reference.heights.columns),
+            scan::whole_numbers(low.y, high.y, self.reference.heights.rows),
         ]
     }
 

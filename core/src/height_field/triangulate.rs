@@ -1,7 +1,9 @@
 //! The constrained Delaunay triangulation of an outline: what a surface begins with before it is refined.
 
 use glam::{DVec2, DVec3};
-use spade::handles::{FaceHandle, FixedFaceHandle, InnerTag};
+use spade::handles::{
+    DirectedEdgeHandle, FaceHandle, FixedDirectedEdgeHandle, FixedFaceHandle, FixedVertexHandle, InnerTag,
+};
 use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 use thiserror::Error;
 
@@ -37,12 +39,17 @@ pub enum TriangulateError {
 /// # Errors
 /// When the outline is none.
 pub fn triangulate(outline: &Outline, is_inside: impl Fn(DVec2) -> bool) -> Result<Mesh, TriangulateError> {
-    let triangulation = constrained(outline)?;
+    let (triangulation, _) = constrained(&outline.vertices, outline.segments.iter())?;
     let inside = if outline.has_outside {
         inside(&triangulation, &is_inside)
     } else {
         vec![true; triangulation.num_all_faces()]
     };
+    Ok(mesh_of(&triangulation, &inside))
+}
+
+/// The faces that are inside.
+fn mesh_of(triangulation: &Constrained, inside: &[bool]) -> Mesh {
     let mut numbers = vec![u32::MAX; triangulation.num_vertices()];
     let mut mesh = Mesh::default();
     for face in triangulation.inner_faces().filter(|face| inside[face.index()]) {
@@ -55,7 +62,61 @@ pub fn triangulate(outline: &Outline, is_inside: impl Fn(DVec2) -> bool) -> Resu
             *number
         }));
     }
-    Ok(mesh)
+    mesh
+}
+
+/// Triangulates what is to the left of `boundary`, segments between vertices of `outline` like its own ones, of which some
+/// may lie outside. Where segments of both directions coincide, there is no boundary.
+///
+/// # Errors
+/// When a vertex cannot be triangulated or segments cross.
+pub fn triangulate_beside(outline: &Outline, boundary: &[[u32; 2]]) -> Result<Mesh, TriangulateError> {
+    let segments = outline.segments.iter().chain(boundary);
+    let (triangulation, handles) = constrained(&outline.vertices, segments)?;
+    let mut turns = vec![0_i32; triangulation.num_directed_edges()];
+    for &[from, to] in boundary {
+        for edge in edges_along(&triangulation, handles[from as usize], handles[to as usize]) {
+            turns[edge.index()] += 1;
+            turns[edge.rev().index()] -= 1;
+        }
+    }
+    let mut inside = vec![false; triangulation.num_all_faces()];
+    let mut seen = inside.clone();
+    for face in triangulation.inner_faces() {
+        if seen[face.index()] {
+            continue;
+        }
+        let region = region(&triangulation, face.fix(), &mut seen, |edge| turns[edge.index()] != 0);
+        let edges = region
+            .iter()
+            .flat_map(|&face| triangulation.face(face).adjacent_edges());
+        let is_left = edges.map(|edge| turns[edge.fix().index()]).sum::<i32>() > 0;
+        region.iter().for_each(|face| inside[face.index()] = is_left);
+    }
+    Ok(mesh_of(&triangulation, &inside))
+}
+
+/// The edges that a segment became: more than one where it runs through vertices.
+fn edges_along(
+    triangulation: &Constrained,
+    from: FixedVertexHandle,
+    to: FixedVertexHandle,
+) -> Vec<FixedDirectedEdgeHandle> {
+    let plan = |vertex: FixedVertexHandle| triangulation.vertex(vertex).data().0.truncate();
+    let (mut edges, mut at) = (Vec::new(), from);
+    while at != to {
+        let way = plan(to) - plan(at);
+        let follows = |edge: &DirectedEdgeHandle<Vertex, (), CdtEdge<()>, ()>| {
+            let step = plan(edge.to().fix()) - plan(at);
+            edge.is_constraint_edge() && step.perp_dot(way) == 0.0 && step.dot(way) > 0.0
+        };
+        let Some(edge) = triangulation.vertex(at).out_edges().find(follows) else {
+            break;
+        };
+        edges.push(edge.fix());
+        at = edge.to().fix();
+    }
+    edges
 }
 
 /// The multiple of `step` nearest to a height; the height itself where there is no step.
@@ -80,21 +141,24 @@ impl HasPosition for Vertex {
     }
 }
 
-fn constrained(outline: &Outline) -> Result<Constrained, TriangulateError> {
+fn constrained<'a>(
+    vertices: &[DVec3],
+    segments: impl Iterator<Item = &'a [u32; 2]>,
+) -> Result<(Constrained, Vec<FixedVertexHandle>), TriangulateError> {
     let mut triangulation = Constrained::new();
-    let mut handles = Vec::with_capacity(outline.vertices.len());
-    for (index, &vertex) in outline.vertices.iter().enumerate() {
+    let mut handles = Vec::with_capacity(vertices.len());
+    for (index, &vertex) in vertices.iter().enumerate() {
         let handle = triangulation.insert(Vertex(vertex));
         handles.push(handle.map_err(|_| TriangulateError::Coordinate(index))?);
     }
-    for &[a, b] in &outline.segments {
+    for &[a, b] in segments {
         let (from, to) = (handles[a as usize], handles[b as usize]);
         if from != to && !triangulation.can_add_constraint(from, to) {
             return Err(TriangulateError::Crossing(a, b));
         }
         triangulation.add_constraint(from, to);
     }
-    Ok(triangulation)
+    Ok((triangulation, handles))
 }
 
 /// For each face whether it is of the surface: faces joined across edges that are no segments are alike, and what
@@ -107,7 +171,9 @@ fn inside(triangulation: &Constrained, is_inside: &impl Fn(DVec2) -> bool) -> Ve
         if seen[face.index()] {
             continue;
         }
-        let region = region(triangulation, face.fix(), &mut seen);
+        let region = region(triangulation, face.fix(), &mut seen, |edge| {
+            triangulation.is_constraint_edge(edge.as_undirected())
+        });
         let (mut vote, mut area) = (0.0, 0.0);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &face in &region {
@@ -131,6 +197,7 @@ fn region(
     triangulation: &Constrained,
     start: FixedFaceHandle<InnerTag>,
     seen: &mut [bool],
+    is_boundary: impl Fn(FixedDirectedEdgeHandle) -> bool,
 ) -> Vec<FixedFaceHandle<InnerTag>> {
     let mut region = vec![start];
     seen[start.index()] = true;
@@ -138,7 +205,7 @@ fn region(
     while next < region.len() {
         for edge in triangulation.face(region[next]).adjacent_edges() {
             let across = edge.rev().face();
-            if let Some(face) = across.as_inner().filter(|_| !edge.is_constraint_edge())
+            if let Some(face) = across.as_inner().filter(|_| !is_boundary(edge.fix()))
                 && !seen[face.index()]
             {
                 seen[face.index()] = true;

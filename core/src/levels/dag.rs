@@ -57,12 +57,6 @@ impl CollapseDag {
         self.constraints.is_empty()
     }
 
-    /// How many edges the graph has.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
-        self.constraints.item_count()
-    }
-
     /// The graph as the papers record it: each collapse with every collapse into a vertex of its star. Where one
     /// vertex swallows a large part of a mesh, its size grows with the square of that part.
     #[must_use]

@@ -2,8 +2,7 @@
 
 use super::*;
 use crate::levels::collapse_list::{ListedCollapse, to_log};
-use crate::levels::partition::Batch;
-use crate::levels::replay::{Demand, Replay};
+use crate::levels::replay::{Batch, Demand, Replay};
 
 /// A fan around vertex 0 whose rim falls into vertex 1 one by one; each time vertex 1 rises by one. Raw levels 1 to 5,
 /// merged in twos from the finest on.

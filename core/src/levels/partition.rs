@@ -14,17 +14,8 @@ use thiserror::Error;
 
 use crate::levels::attribute::Attribute;
 use crate::levels::collapse_log::{CollapseLog, LogError};
-use crate::levels::replay::{Demand, Replay};
+use crate::levels::replay::{Batch, Demand, Replay};
 use crate::mesh::Mesh;
-
-/// A run of raw levels that becomes one level of a partition.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Batch {
-    /// The lowest raw level of the run, from 1.
-    pub first_level: u32,
-    /// Certified error of the surface of this run and all coarser ones, in the units of the heights.
-    pub error: f64,
-}
 
 /// How far the arrays reach for one level of detail, and what its surface is good for.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -21,7 +21,6 @@ use glam::DVec3;
 
 use crate::levels::attribute::Attribute;
 use crate::levels::collapse_log::{self, Collapse, CollapseLog, LogError};
-use crate::levels::partition::Batch;
 use crate::mesh::Mesh;
 use crate::topology::connectivity::{Connectivity, EdgeStar};
 use crate::topology::manifold;
@@ -35,6 +34,15 @@ pub enum Demand {
     /// Vertices that exist. For collapses that were checked when they were made, and for surfaces that are no
     /// manifolds, whose levels can be drawn but may have folds.
     Drawable,
+}
+
+/// A run of raw levels that becomes one level of a partition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Batch {
+    /// The lowest raw level of the run, from 1.
+    pub first_level: u32,
+    /// Certified error of the surface of this run and all coarser ones, in the units of the heights.
+    pub error: f64,
 }
 
 /// One collapse while it is replayed.

@@ -28,6 +28,7 @@
 
 mod batch;
 mod bits;
+mod collapsing;
 mod forest;
 mod gap;
 mod growth;
@@ -41,9 +42,11 @@ use thiserror::Error;
 use forest::unite;
 use gap::{Branches, GapCorner, fill_triangles, gaps, polygon};
 
-pub use batch::{Coarsening, CollapseError, CollapseFault, coarsen, forest_batches};
+pub use batch::{CollapseError, coarsen, forest_batches};
 pub use bits::SplitBits;
+pub use collapsing::CollapseFault;
 pub use growth::largest_batch;
+pub use reading::Coarsening;
 pub use surface::{ClosedSurface, SurfaceError};
 
 /// One batch of refinement of a surface.

@@ -35,12 +35,6 @@ impl CompressedRows {
         self.len() == 0
     }
 
-    /// How many items all rows have together.
-    #[must_use]
-    pub fn item_count(&self) -> usize {
-        self.items.len()
-    }
-
     /// One row.
     #[must_use]
     pub fn row(&self, index: u32) -> &[u32] {

@@ -7,11 +7,16 @@
 use glam::{DMat2, DVec2};
 
 use super::GeoReferenceError;
+use crate::store::Name;
 
 /// Largest difference from the tabulated map, in cells of the raster.
 const TOLERANCE: f64 = 1e-5;
-/// Cells between nodes at first.
+/// Cells between nodes at first, at least.
 const FIRST_SPACING: usize = 16;
+/// Nodes along the longer side of a raster at first, at most.
+const FIRST_NODES: usize = 256;
+/// Cells between nodes at last: next to a pole, longitude bends within a cell.
+const LEAST_SPACING: f64 = 1.0 / 64.0;
 /// Where halving the spacing ends, whatever the error: 64 MiB.
 const MOST_NODES: usize = 1 << 22;
 /// Nodes beyond the raster on each side.
@@ -41,28 +46,29 @@ impl Table {
         rows: usize,
         map: impl Fn(DVec2) -> Result<DVec2, GeoReferenceError>,
     ) -> Result<Self, GeoReferenceError> {
-        let mut spacing = FIRST_SPACING;
+        let first = (columns.max(rows) / FIRST_NODES).next_power_of_two().max(FIRST_SPACING);
+        let mut spacing = first as f64;
         loop {
             let table = Self::with_spacing(spacing, columns, rows, &map)?;
             if table.matches(&map)? {
                 return Ok(table);
             }
-            spacing /= 2;
-            if spacing == 0 || table.nodes.len() * 4 > MOST_NODES {
+            spacing /= 2.0;
+            if spacing < LEAST_SPACING || table.nodes.len() * 4 > MOST_NODES {
                 return Err(GeoReferenceError::Discontinuous);
             }
         }
     }
 
     fn with_spacing(
-        spacing: usize,
+        spacing: f64,
         raster_columns: usize,
         raster_rows: usize,
         map: impl Fn(DVec2) -> Result<DVec2, GeoReferenceError>,
     ) -> Result<Self, GeoReferenceError> {
-        let count = |samples: usize| (samples - 1).div_ceil(spacing) + 1 + 2 * MARGIN;
+        let count = |samples: usize| ((samples - 1) as f64 / spacing).ceil() as usize + 1 + 2 * MARGIN;
         let mut table = Self {
-            spacing: spacing as f64,
+            spacing,
             columns: count(raster_columns),
             rows: count(raster_rows),
             nodes: Vec::new(),
@@ -102,6 +108,17 @@ impl Table {
             }
         }
         Ok(true)
+    }
+
+    /// All nodes as one number.
+    pub(super) fn fingerprint(&self) -> Name {
+        let nodes: Vec<u8> = self
+            .nodes
+            .iter()
+            .flat_map(|node| node.to_array())
+            .flat_map(f64::to_le_bytes)
+            .collect();
+        Name::of([self.spacing.to_le_bytes().as_slice(), &nodes])
     }
 
     /// Adds `offset` to all values.

@@ -6,7 +6,7 @@ use super::ReadError;
 use crate::georeference::Crs;
 
 /// What heights are above where nothing says so.
-pub(super) const UNSPECIFIED: &str = "unspecified";
+pub(crate) const UNSPECIFIED: &str = "unspecified";
 
 /// The coordinate reference system that a user names.
 pub(super) fn from_user(definition: &str) -> Result<SpatialRef, ReadError> {

@@ -1,5 +1,6 @@
 //! Rasters that GDAL opens, read window by window.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Once;
 
@@ -8,7 +9,6 @@ use gdal::spatial_ref::SpatialRef;
 use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags};
 
 use super::layout::{self, Layout};
-use super::mosaic::{Mosaic, Window};
 use super::{ReadError, ReadOptions, crs, units};
 use crate::progress::Progress;
 
@@ -35,13 +35,15 @@ const DRIVERS: [&str; 19] = [
     "USGSDEM",
     "XYZ",
 ];
-/// Samples read at a time: 32 MiB of f64.
-const WINDOW_SAMPLES: usize = 1 << 22;
+/// Megabytes of unpacked blocks that GDAL may keep, all files together.
+const BLOCK_CACHE: &str = "32";
 
-/// An open raster, band 1.
+/// A raster, band 1: what is known of it before any sample is read. Each window is read through a handle of its own, so
+/// that several can be read at once.
 pub(super) struct GdalFile {
-    dataset: Dataset,
     layout: Layout,
+    /// Samples of a block that is stored as one.
+    block: [usize; 2],
     /// Metres = stored value × `scale` + `offset`.
     scale: f64,
     offset: f64,
@@ -51,11 +53,7 @@ impl GdalFile {
     pub(super) fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
         prepare_gdal();
         let unreadable = |error| ReadError::gdal(path, error);
-        let flags = DatasetOptions {
-            open_flags: GdalOpenFlags::GDAL_OF_READONLY | GdalOpenFlags::GDAL_OF_RASTER,
-            ..DatasetOptions::default()
-        };
-        let dataset = Dataset::open_ex(path, flags).map_err(unreadable)?;
+        let dataset = open(path).map_err(unreadable)?;
         if dataset.raster_count() == 0 {
             return Err(ReadError::unreadable(
                 path,
@@ -63,14 +61,14 @@ impl GdalFile {
             ));
         }
         let (columns, rows) = dataset.raster_size();
-        layout::check_size(path, columns, rows, options.limits)?;
+        layout::check_size(path, columns, rows, options.limits.samples)?;
         let band = dataset.rasterband(1).map_err(unreadable)?;
         check_block(path, &band, options)?;
         let (scale, offset) = to_metres(path, &band, &options.progress);
-        let layout = layout(path, &dataset, options)?;
+        let (width, height) = band.block_size();
         Ok(Self {
-            dataset,
-            layout,
+            layout: layout(path, &dataset, options)?,
+            block: [width.max(1), height.max(1)],
             scale,
             offset,
         })
@@ -80,52 +78,30 @@ impl GdalFile {
         &self.layout
     }
 
-    /// Copies the file into `mosaic` as its file `index`; returns how many samples were no heights.
-    pub(super) fn read_into(&self, mosaic: &mut Mosaic, index: usize, progress: &Progress) -> Result<usize, ReadError> {
-        self.read_windows(mosaic, index, progress)
+    pub(super) fn block(&self) -> [usize; 2] {
+        self.block
+    }
+
+    /// Metres of a rectangle of samples, row by row; NaN where void.
+    pub(super) fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
+        self.read_metres(columns, rows)
             .map_err(|error| ReadError::gdal(&self.layout.path, error))
     }
 
-    fn read_windows(&self, mosaic: &mut Mosaic, index: usize, progress: &Progress) -> gdal::errors::Result<usize> {
-        let band = self.dataset.rasterband(1)?;
-        let mask = (!band.mask_flags()?.is_all_valid())
-            .then(|| band.open_mask_band())
-            .transpose()?;
-        let (width, height) = window_size(band.block_size(), band.size());
-        let mut wild = 0;
-        for top in (0..self.layout.rows).step_by(height) {
-            for left in (0..self.layout.columns).step_by(width) {
-                let size = (
-                    width.min(self.layout.columns - left),
-                    height.min(self.layout.rows - top),
-                );
-                let metres = self.read_metres(&band, mask.as_ref(), (left, top), size)?;
-                let window = Window {
-                    first: [left, top],
-                    columns: size.0,
-                    metres: &metres,
-                };
-                wild += mosaic.write(index, &window);
-                progress.advance(metres.len() as u64);
-            }
-        }
-        Ok(wild)
-    }
-
-    fn read_metres(
-        &self,
-        band: &RasterBand,
-        mask: Option<&RasterBand>,
-        (left, top): (usize, usize),
-        size: (usize, usize),
-    ) -> gdal::errors::Result<Vec<f64>> {
-        let first = (left as isize, top as isize);
+    fn read_metres(&self, columns: Range<usize>, rows: Range<usize>) -> gdal::errors::Result<Vec<f64>> {
+        let dataset = open(&self.layout.path)?;
+        let band = dataset.rasterband(1)?;
+        let (first, size) = (
+            (columns.start as isize, rows.start as isize),
+            (columns.len(), rows.len()),
+        );
         let (_, mut metres) = band.read_as::<f64>(first, size, size, None)?.into_shape_and_vec();
         for value in &mut metres {
             *value = *value * self.scale + self.offset;
         }
-        if let Some(mask) = mask {
-            let (_, valid) = mask.read_as::<u8>(first, size, size, None)?.into_shape_and_vec();
+        if !band.mask_flags()?.is_all_valid() {
+            let mask = band.open_mask_band()?.read_as::<u8>(first, size, size, None)?;
+            let (_, valid) = mask.into_shape_and_vec();
             for (value, _) in metres.iter_mut().zip(valid).filter(|&(_, valid)| valid == 0) {
                 *value = f64::NAN;
             }
@@ -134,11 +110,21 @@ impl GdalFile {
     }
 }
 
+fn open(path: &Path) -> gdal::errors::Result<Dataset> {
+    let flags = DatasetOptions {
+        open_flags: GdalOpenFlags::GDAL_OF_READONLY | GdalOpenFlags::GDAL_OF_RASTER,
+        ..DatasetOptions::default()
+    };
+    Dataset::open_ex(path, flags)
+}
+
 /// Once a process: GDAL keeps its messages to itself (they come back as errors), and forgets all drivers but ours.
 pub(super) fn prepare_gdal() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         gdal::config::set_error_handler(|_, _, _| {});
+        // Blocks are read once and in order: more would only be memory.
+        let _ = gdal::config::set_config_option("GDAL_CACHEMAX", BLOCK_CACHE);
         DriverManager::prevent_auto_registration();
         DriverManager::register_all();
         let unwanted: Vec<_> = DriverManager::all()
@@ -199,13 +185,4 @@ fn reference(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Sp
         Some(definition) => crs::from_user(definition),
         None => dataset.spatial_ref().map_err(|_| ReadError::NoCrs(path.to_owned())),
     }
-}
-
-/// The largest run of whole blocks that stays within [`WINDOW_SAMPLES`], in whole rows of blocks where these fit.
-fn window_size(block: (usize, usize), raster: (usize, usize)) -> (usize, usize) {
-    let (block_width, block_height) = (block.0.max(1), block.1.max(1));
-    let blocks_across = (WINDOW_SAMPLES / (block_width * block_height)).max(1);
-    let width = (blocks_across * block_width).min(raster.0);
-    let blocks_down = (WINDOW_SAMPLES / (width * block_height)).max(1);
-    (width, (blocks_down * block_height).min(raster.1))
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use gdal::spatial_ref::SpatialRef;
 use glam::{DAffine2, DMat2, DVec2};
 
-use super::{Limits, ReadError, crs};
+use super::{ReadError, crs};
 use crate::georeference::Crs;
 
 /// Size and position of one file's grid.
@@ -41,7 +41,7 @@ impl Layout {
 }
 
 /// Refuses grids without a surface and grids that are too large.
-pub(super) fn check_size(path: &Path, columns: usize, rows: usize, limits: Limits) -> Result<(), ReadError> {
+pub(super) fn check_size(path: &Path, columns: usize, rows: usize, limit: usize) -> Result<(), ReadError> {
     if columns < 2 || rows < 2 {
         return Err(ReadError::Empty {
             path: path.to_owned(),
@@ -49,11 +49,11 @@ pub(super) fn check_size(path: &Path, columns: usize, rows: usize, limits: Limit
             rows,
         });
     }
-    if columns.checked_mul(rows).is_none_or(|samples| samples > limits.samples) {
+    if columns.checked_mul(rows).is_none_or(|samples| samples > limit) {
         return Err(ReadError::TooLarge {
             path: path.to_owned(),
             what: format!("{columns} × {rows} samples"),
-            limit: limits.samples,
+            limit,
         });
     }
     Ok(())

@@ -3,30 +3,23 @@
 use glam::{DAffine2, DVec2};
 
 use super::layout::{self, Layout};
-use super::{Limits, ReadError, checked_height};
+use super::{Limits, ReadError};
 
 /// Largest distance, in cells, of a file's samples from the first file's lattice.
 const MISALIGNMENT: f64 = 0.01;
 /// No index of a sample comes near it: beyond, a cell offset is no integer any more.
 const FARTHEST: f64 = 1e9;
 
-/// The grid that holds all files, NaN until they are read.
+/// Where files lie on the lattice of the first one.
 pub(super) struct Mosaic {
     pub(super) columns: usize,
     pub(super) rows: usize,
+    /// Column and row of its first sample, counted from that of the first file.
+    pub(super) origin: [i64; 2],
+    /// From the first file's columns and rows.
     pub(super) to_crs: DAffine2,
-    pub(super) heights: Vec<f32>,
     /// Column and row of each file's first sample.
-    offsets: Vec<[usize; 2]>,
-}
-
-/// Samples of a rectangle of a file, row by row, in metres.
-pub(super) struct Window<'a> {
-    /// Column and row of the first sample in the file.
-    pub(super) first: [usize; 2],
-    pub(super) columns: usize,
-    /// Metres; NaN where void.
-    pub(super) metres: &'a [f64],
+    pub(super) offsets: Vec<[usize; 2]>,
 }
 
 impl Mosaic {
@@ -45,35 +38,18 @@ impl Mosaic {
             .fold(DVec2::NEG_INFINITY, DVec2::max);
         let size = high - low;
         let (columns, rows) = (size.x as usize, size.y as usize);
-        layout::check_size(&first.path, columns, rows, limits)?;
+        layout::check_size(&first.path, columns, rows, limits.samples)?;
         Ok(Self {
             columns,
             rows,
-            to_crs: first.to_crs * DAffine2::from_translation(low),
-            heights: vec![f32::NAN; columns * rows],
+            origin: [low.x as i64, low.y as i64],
+            to_crs: first.to_crs,
             offsets: offsets
                 .iter()
                 .map(|&offset| offset - low)
                 .map(|offset| [offset.x as usize, offset.y as usize])
                 .collect(),
         })
-    }
-
-    /// Puts a window of file `index` where nothing is yet; returns how many samples were no heights.
-    pub(super) fn write(&mut self, index: usize, window: &Window) -> usize {
-        let [column, row] = [0, 1].map(|axis| self.offsets[index][axis] + window.first[axis]);
-        let mut wild = 0;
-        for (line, metres) in window.metres.chunks_exact(window.columns).enumerate() {
-            let start = (row + line) * self.columns + column;
-            for (height, &metres) in self.heights[start..start + window.columns].iter_mut().zip(metres) {
-                let (value, is_wild) = checked_height(metres);
-                wild += usize::from(is_wild);
-                if height.is_nan() {
-                    *height = value;
-                }
-            }
-        }
-        wild
     }
 }
 

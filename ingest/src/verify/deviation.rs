@@ -13,9 +13,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::reference::{Cell, Reference};
+use super::source::{Block, Cell, Patch};
 use super::space::{Foot, Space};
-use super::surface::Surface;
+use super::surface::{Surface, SurfaceEdge};
 
 /// Posts this near to an edge, in units of the space, lie in the triangles on both sides.
 const ON_THE_EDGE: f64 = 1e-6;
@@ -45,22 +45,23 @@ impl Worst {
     }
 }
 
-/// Calls `visit` for every post of the raster and every triangle over it with the deviation there: height of the
-/// mesh minus height of the post, along the vertical; `NaN` at voids.
+/// Calls `visit` for every post of a block and every triangle over it with the deviation there: height of the mesh
+/// minus height of the post, along the vertical; `NaN` at voids. `verticals` are those of the block.
 pub(super) fn visit_posts(
     space: &impl Space,
-    reference: &Reference,
+    patch: &Patch,
+    verticals: &[DVec3],
     surface: &Surface,
     mut visit: impl FnMut(usize, usize, f64),
 ) {
-    for &triangle in &surface.triangles {
-        let footprint = surface.footprint(space, triangle);
+    let block = &patch.block;
+    for (triangle, footprint) in surface.over(block) {
         let facet = Facet::new(surface.corners(triangle));
-        for row in footprint.rows(reference.grid.rows) {
-            for column in footprint.columns(row, reference.grid.columns) {
-                let height = reference.height(column, row);
-                let position = space.position(column, row, if height.is_finite() { height } else { 0.0 });
-                if let Some(above) = facet.height_above(position, space.vertical(column, row)) {
+        for row in footprint.rows(&block.rows) {
+            for column in footprint.columns(row, &block.columns) {
+                let (height, up) = (patch.height(column, row), verticals[block.index(column, row)]);
+                let position = space.position(column, row, up, if height.is_finite() { height } else { 0.0 });
+                if let Some(above) = facet.height_above(position, up) {
                     visit(column, row, if height.is_finite() { above } else { f64::NAN });
                 }
             }
@@ -102,16 +103,16 @@ impl Facet {
     }
 }
 
-/// The worst deviation along the edges of the mesh, its vertices among them.
-pub(super) fn along_edges(space: &impl Space, reference: &Reference, surface: &Surface) -> Worst {
+/// The worst deviation along the edges of the mesh, its vertices among them, in the cells of a block.
+pub(super) fn along_edges(space: &impl Space, patch: &Patch, surface: &Surface) -> Worst {
     let mut worst = Worst::default();
     for foot in &surface.feet {
-        reference
+        patch
             .cells_at(foot.grid)
             .for_each(|cell| worst.meet(foot.height - cell.height(foot.grid), foot.grid));
     }
-    for ends in surface.edges() {
-        Edge::new(space, surface, ends).measure(reference, &mut worst);
+    for edge in surface.edges_near(&patch.block) {
+        Edge::new(space, surface, edge).measure(patch, &mut worst);
     }
     worst
 }
@@ -123,40 +124,54 @@ struct Edge<'a, S: Space> {
     along: DVec3,
     feet: [Foot; 2],
     chunks: usize,
+    /// How many cells it may stray from the straight path between its feet.
+    margin: f64,
 }
 
 impl<'a, S: Space> Edge<'a, S> {
-    fn new(space: &'a S, surface: &Surface, ends: [u32; 2]) -> Self {
-        let mut positions = ends.map(|end| surface.positions[end as usize]);
-        let mut feet = ends.map(|end| surface.feet[end as usize]);
+    fn new(space: &'a S, surface: &Surface, edge: &SurfaceEdge) -> Self {
+        let (positions, feet) = surface.ends(space, edge.ends);
         let span = (feet[1].grid - feet[0].grid).abs().max_element();
-        let middle = (positions[0] + positions[1]) / 2.0;
-        for (position, foot) in positions.iter_mut().zip(&mut feet) {
-            if space.is_singular(*position) {
-                *position = position.lerp(middle, 1e-6);
-                *foot = space.foot(*position);
-            }
-        }
         Self {
             space,
             from: positions[0],
             along: positions[1] - positions[0],
             feet,
             chunks: (span / CHUNK).ceil().clamp(1.0, 1e6) as usize,
+            margin: edge.margin,
         }
     }
 
-    fn measure(&self, reference: &Reference, worst: &mut Worst) {
-        let mut start = self.feet[0];
-        for chunk in 1..=self.chunks {
-            let parameter = chunk as f64 / self.chunks as f64;
-            let end = if chunk == self.chunks {
-                self.feet[1]
-            } else {
-                self.foot(parameter)
-            };
-            self.measure_chunk(reference, chunk - 1, [start, end], worst);
-            start = end;
+    fn measure(&self, patch: &Patch, worst: &mut Worst) {
+        let mut start = None;
+        for chunk in 0..self.chunks {
+            if !self.is_near(&patch.block, chunk) {
+                start = None;
+                continue;
+            }
+            let from = start.unwrap_or_else(|| self.foot_of_chunk(chunk));
+            let end = self.foot_of_chunk(chunk + 1);
+            self.measure_chunk(patch, chunk, [from, end], worst);
+            start = Some(end);
+        }
+    }
+
+    /// Whether a chunk may come into the cells of a block.
+    fn is_near(&self, block: &Block, chunk: usize) -> bool {
+        let at = |chunk: usize| {
+            self.feet[0]
+                .grid
+                .lerp(self.feet[1].grid, chunk as f64 / self.chunks as f64)
+        };
+        let (a, b) = (at(chunk), at(chunk + 1));
+        block.is_near(a.min(b) - self.margin, a.max(b) + self.margin)
+    }
+
+    fn foot_of_chunk(&self, start: usize) -> Foot {
+        match start {
+            0 => self.feet[0],
+            start if start == self.chunks => self.feet[1],
+            start => self.foot(start as f64 / self.chunks as f64),
         }
     }
 
@@ -164,7 +179,7 @@ impl<'a, S: Space> Edge<'a, S> {
         self.space.foot(self.from + self.along * parameter)
     }
 
-    fn measure_chunk(&self, reference: &Reference, chunk: usize, ends: [Foot; 2], worst: &mut Worst) {
+    fn measure_chunk(&self, patch: &Patch, chunk: usize, ends: [Foot; 2], worst: &mut Worst) {
         let at = |part: f64| (chunk as f64 + part) / self.chunks as f64;
         let mut points = vec![(at(0.0), ends[0]), (at(1.0), ends[1])];
         let middle = self.foot(at(0.5));
@@ -182,15 +197,15 @@ impl<'a, S: Space> Edge<'a, S> {
         }
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         for piece in points.windows(2) {
-            self.measure_piece(reference, [piece[0], piece[1]], worst);
+            self.measure_piece(patch, [piece[0], piece[1]], worst);
         }
     }
 
     /// The difference on a piece inside one cell: at its ends, its middle, and the top of the parabola through them.
-    fn measure_piece(&self, reference: &Reference, ends: [(f64, Foot); 2], worst: &mut Worst) {
+    fn measure_piece(&self, patch: &Patch, ends: [(f64, Foot); 2], worst: &mut Worst) {
         let [(start, first), (end, last)] = ends;
         let middle = self.foot((start + end) / 2.0);
-        for cell in reference.cells_at(middle.grid) {
+        for cell in patch.cells_at(middle.grid) {
             let differences = [first, middle, last].map(|foot| difference(&cell, foot));
             for (foot, figure) in [first, middle, last].into_iter().zip(differences) {
                 worst.meet(figure, foot.grid);

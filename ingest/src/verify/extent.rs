@@ -2,16 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use anyhow::Result;
 use glam::DVec2;
 use rayon::prelude::*;
 use terrain_tiles::address::TileAddress;
+use terrain_tiles::ellipsoid::LEAST_METRES_IN_A_DEGREE;
 use terrain_tiles::metadata::{Metadata, Zoom};
 
-use super::reference::{Post, Reference};
 use super::report::{Violation, ZoomReport};
-
-/// A little less than a degree of latitude anywhere (110,574 m at the equator), so that reaches come out no shorter.
-const METRES_PER_DEGREE: f64 = 110_000.0;
+use super::source::{Block, Post, Source};
 
 /// Compares the metadata with the tiles that exist and with what was found in them.
 pub(super) fn check_metadata(
@@ -69,42 +68,56 @@ fn available(zoom: &Zoom) -> BTreeSet<TileAddress> {
 }
 
 /// The bounds and the heights of the metadata must hold the source's surface, up to the errors of the deepest zoom.
-pub(super) fn check_bounds(metadata: &Metadata, reference: &Reference) -> Vec<Violation> {
+/// `blocks` are all of the source.
+///
+/// # Errors
+/// When samples cannot be read.
+pub(super) fn check_bounds(metadata: &Metadata, source: &Source, blocks: &[Block]) -> Result<Vec<Violation>> {
     let Some(deepest) = metadata.zooms.last() else {
-        return Vec::new();
+        return Ok(Vec::new());
     };
-    let reach = DVec2::splat(deepest.outline_error / METRES_PER_DEGREE + 1e-9);
+    let reach = DVec2::splat(deepest.outline_error / LEAST_METRES_IN_A_DEGREE + 1e-9);
     let [west, south, east, north] = metadata.bounds;
     let (low, high) = (DVec2::new(west, south) - reach, DVec2::new(east, north) + reach);
     let [lowest, highest] = metadata.heights;
     let heights = lowest - deepest.finest_error..=highest + deepest.finest_error;
-    let posts = (0..reference.grid.rows).flat_map(|row| (0..reference.grid.columns).map(move |column| (column, row)));
-    let outside = posts
-        .filter(|&(column, row)| reference.post(column, row) == Post::Surface)
-        .find_map(|(column, row)| {
-            let place = reference
-                .grid
-                .georeference
-                .geographic(DVec2::new(column as f64, row as f64));
+    let outside = |block: &Block| {
+        let patch = source.patch(block)?;
+        let mut surface = block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface);
+        Ok(surface.find_map(|(column, row)| {
+            let place = source.geographic(column, row);
             let in_bounds = place.cmpge(low).all() && place.cmple(high).all();
-            let in_heights = heights.contains(&reference.height(column, row));
+            let in_heights = heights.contains(&patch.height(column, row));
             (!in_bounds || !in_heights).then_some((place, if in_bounds { "heights" } else { "bounds" }))
-        });
+        }))
+    };
+    let found: Vec<Option<_>> = blocks.par_iter().map(outside).collect::<Result<_>>()?;
     let violation = |(place, name)| Violation::new(format!("metadata: a sample is outside its {name}")).at(place);
-    outside.map(violation).into_iter().collect()
+    Ok(found.into_iter().flatten().next().map(violation).into_iter().collect())
 }
 
+/// How many samples are missing in a tile, and the place of the first.
+type Missing = BTreeMap<TileAddress, (usize, DVec2)>;
+
 /// Samples of the source's surface that are in the square of no tile, nor within `reach` metres of one, by zoom.
-pub(super) fn check_presence(reference: &Reference, exist: &BTreeSet<TileAddress>, reach: &[f64]) -> Vec<Violation> {
-    let rows = (0..reference.grid.rows).into_par_iter();
-    let missing = rows
-        .map(|row| missing_in_row(reference, exist, reach, row))
-        .reduce(BTreeMap::new, |mut all, row| {
-            for (tile, (count, place)) in row {
-                all.entry(tile).or_insert((0, place)).0 += count;
-            }
-            all
-        });
+/// `blocks` are all of the source.
+///
+/// # Errors
+/// When samples cannot be read.
+pub(super) fn check_presence(
+    source: &Source,
+    blocks: &[Block],
+    exist: &BTreeSet<TileAddress>,
+    reach: &[f64],
+) -> Result<Vec<Violation>> {
+    let missing: Vec<Missing> = blocks
+        .par_iter()
+        .map(|block| missing_in(source, block, exist, reach))
+        .collect::<Result<_>>()?;
+    let mut all = Missing::new();
+    for (tile, (count, place)) in missing.into_iter().flatten() {
+        all.entry(tile).or_insert((0, place)).0 += count;
+    }
     let violation = |(tile, (count, place))| {
         Violation::of_tile(
             format!("is not in the archive, but {count} samples are in its square"),
@@ -112,21 +125,14 @@ pub(super) fn check_presence(reference: &Reference, exist: &BTreeSet<TileAddress
         )
         .at(place)
     };
-    missing.into_iter().map(violation).collect()
+    Ok(all.into_iter().map(violation).collect())
 }
 
-fn missing_in_row(
-    reference: &Reference,
-    exist: &BTreeSet<TileAddress>,
-    reach: &[f64],
-    row: usize,
-) -> BTreeMap<TileAddress, (usize, DVec2)> {
-    let mut missing = BTreeMap::new();
-    for column in (0..reference.grid.columns).filter(|&column| reference.post(column, row) == Post::Surface) {
-        let place = reference
-            .grid
-            .georeference
-            .geographic(DVec2::new(column as f64, row as f64));
+fn missing_in(source: &Source, block: &Block, exist: &BTreeSet<TileAddress>, reach: &[f64]) -> Result<Missing> {
+    let patch = source.patch(block)?;
+    let mut missing = Missing::new();
+    for (column, row) in block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface) {
+        let place = source.geographic(column, row);
         for (zoom, &reach) in (0..).zip(reach) {
             if !nearby(place, zoom, reach).any(|tile| exist.contains(&tile)) {
                 let Some(tile) = tile_at(place, zoom) else { continue };
@@ -134,12 +140,12 @@ fn missing_in_row(
             }
         }
     }
-    missing
+    Ok(missing)
 }
 
 /// The tile of a place and those that are within `reach` metres of it.
 fn nearby(place: DVec2, zoom: u8, reach: f64) -> impl Iterator<Item = TileAddress> {
-    let north = reach / METRES_PER_DEGREE;
+    let north = reach / LEAST_METRES_IN_A_DEGREE;
     let east = north / place.y.to_radians().cos().max(1e-3);
     let offsets = [(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
     offsets

@@ -14,22 +14,22 @@ use super::super::tiles::Tiles;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 
-pub(super) const SAMPLES: usize = 17;
-pub(super) const MIDDLE: usize = 8;
-pub(super) const CLAIMED: f64 = 1.0;
-pub(super) const HEIGHT_STEP: f64 = 1.0 / 64.0;
+pub(in crate::verify) const SAMPLES: usize = 17;
+pub(in crate::verify) const MIDDLE: usize = 8;
+pub(in crate::verify) const CLAIMED: f64 = 1.0;
+pub(in crate::verify) const HEIGHT_STEP: f64 = 1.0 / 64.0;
 /// North-west of the middle.
-pub(super) const LEAF: TileAddress = TileAddress { zoom: 1, x: 2, y: 1 };
-pub(super) const ROOT: TileAddress = TileAddress { zoom: 0, x: 1, y: 0 };
+pub(in crate::verify) const LEAF: TileAddress = TileAddress { zoom: 1, x: 2, y: 1 };
+pub(in crate::verify) const ROOT: TileAddress = TileAddress { zoom: 0, x: 1, y: 0 };
 /// Lattice units from sample to sample.
 const SPACING: f64 = 128.0;
 /// `extent_bits` of the root.
 const BITS: u8 = 24;
 
-pub(super) struct Sample {
-    pub(super) grid: HeightGrid,
-    pub(super) metadata: Metadata,
-    pub(super) tiles: BTreeMap<TileAddress, Tile>,
+pub(in crate::verify) struct Sample {
+    pub(in crate::verify) grid: HeightGrid,
+    pub(in crate::verify) metadata: Metadata,
+    pub(in crate::verify) tiles: BTreeMap<TileAddress, Tile>,
 }
 
 impl Tiles for Sample {
@@ -51,16 +51,16 @@ impl Tiles for Sample {
 
 impl Sample {
     /// Of a sloping plane.
-    pub(super) fn new() -> Self {
+    pub(in crate::verify) fn new() -> Self {
         Self::of(|column, row| (column + 2 * row) as f32)
     }
 
-    pub(super) fn of(height: impl Fn(usize, usize) -> f32) -> Self {
+    pub(in crate::verify) fn of(height: impl Fn(usize, usize) -> f32) -> Self {
         Self::build(height, None)
     }
 
     /// A plane at height 0 with one void, the cells around it left out of the meshes.
-    pub(super) fn with_void(column: usize, row: usize) -> Self {
+    pub(in crate::verify) fn with_void(column: usize, row: usize) -> Self {
         let height = |x, y| if (x, y) == (column, row) { f32::NAN } else { 0.0 };
         Self::build(height, Some((column, row)))
     }
@@ -75,8 +75,6 @@ impl Sample {
                 .map(|index| height(index % SAMPLES, index / SAMPLES))
                 .collect(),
             georeference: GeoReference::wgs84(SAMPLES, SAMPLES, first, DVec2::new(step, -step)),
-            vertical_datum: "unspecified".to_owned(),
-            files: Vec::new(),
         };
         let leaves: Vec<Tile> = ROOT.children().map(|address| leaf(address, &grid, void)).to_vec();
         let root = root(&leaves);
@@ -92,12 +90,12 @@ impl Sample {
         }
     }
 
-    pub(super) fn tile_mut(&mut self, address: TileAddress) -> &mut Tile {
+    pub(in crate::verify) fn tile_mut(&mut self, address: TileAddress) -> &mut Tile {
         self.tiles.get_mut(&address).unwrap()
     }
 
     /// The vertex of a tile that is at a sample.
-    pub(super) fn vertex_at(&self, address: TileAddress, column: usize, row: usize) -> usize {
+    pub(in crate::verify) fn vertex_at(&self, address: TileAddress, column: usize, row: usize) -> usize {
         let place = lattice(address, column, row);
         let positions = &self.tiles[&address].partition.positions;
         positions

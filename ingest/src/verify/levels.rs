@@ -1,289 +1,346 @@
-//! Every level of detail of one tile against the source.
+//! Every level of detail of one tile against the source, block by block of its samples.
+//!
+//! ```text
+//! draw every level; the region is what the tile's square and its triangles may touch
+//! for each block of the region: fetch its samples
+//!     for each level: deviation at its samples and along the edges in its cells; outlines
+//! the worst of all blocks against the claims
+//! ```
 
+use anyhow::Result;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use terrain_core::levels::partition;
-use terrain_core::{Mesh, mesh};
+use terrain_tiles::address::TileAddress;
 use terrain_tiles::ellipsoid::{Geodetic, to_earth_centred};
-use terrain_tiles::tile::{Detail, Tile};
+use terrain_tiles::tile::Tile;
 
 use super::deviation::{Worst, along_edges, visit_posts};
+use super::drawing::{Drawing, Shown, coarse_sided, draw, finest, interior_levels, no_surface, unsound};
 use super::outline::Outline;
-use super::reference::{Post, Reference};
 use super::report::{ROUNDING, Violation};
-use super::sides::{SideEdges, Sides, side_edges};
-use super::space::{Earth, Foot};
+use super::sides::side_edges;
+use super::source::{Block, Patch, Post, Source};
+use super::source_outline::SourceOutline;
+use super::space::{Earth, Foot, Space};
+use super::square::{Square, turn};
 use super::surface::Surface;
-use super::window::{Window, turn};
-
-/// Lattice units around the Earth as a power of two, less one, that are whole numbers of an `f64` with room to spare.
-const MOST_BITS: u8 = 48;
 
 /// Part of a cell by which an outline may exceed its claim: the rounding of the raster's own place on the Earth.
 const CELL_SLACK: f64 = 1e-3;
 
 /// What is needed to measure any tile.
-pub(super) struct Source<'a> {
-    pub(super) reference: &'a Reference<'a>,
-    pub(super) normals: &'a [DVec3],
+pub(super) struct Measure<'a> {
+    pub(super) source: Source<'a>,
+    pub(super) outline: &'a SourceOutline<'a>,
     /// Whether errors are claimed between samples, too.
     pub(super) between_samples: bool,
+    /// Posts along a side of the blocks that are looked at.
+    pub(super) block_side: usize,
 }
 
-/// What one tile claims, shows and breaks.
+/// What one tile claims and breaks.
 #[derive(Debug, Default)]
 pub(super) struct Measured {
     /// Triangles of the finest surface.
     pub(super) triangles: usize,
-    /// From the coarsest to the finest.
+    /// From the coarsest to the finest; none of a tile that cannot be drawn.
     pub(super) levels: Vec<LevelMeasured>,
-    pub(super) sides: Sides,
+    /// Lattice units around the Earth, as a power of two, less one.
+    pub(super) lattice_bits: u8,
     pub(super) violations: Vec<Violation>,
 }
 
 /// Claims and measurements of one level, metres.
-#[derive(Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LevelMeasured {
     pub(super) claimed: f64,
     pub(super) measured: f64,
     pub(super) claimed_outline: f64,
     pub(super) measured_outline: f64,
-    triangles: usize,
-    sides: [SideEdges; 4],
-    violations: Vec<Violation>,
 }
 
-/// Measures every level of `tile`: the interior ones with coarse sides, and the finest with all sides fine.
-/// `neighbours` says across which sides there is a tile of the same zoom.
-pub(super) fn measure(source: &Source, tile: &Tile, neighbours: [bool; 4]) -> Measured {
-    if let Some(what) = unsound(tile) {
-        return Measured {
-            violations: vec![Violation::of_tile(what, tile.address)],
-            ..Measured::default()
-        };
+impl Measured {
+    pub(super) fn broken(violation: Violation) -> Self {
+        Self {
+            violations: vec![violation],
+            ..Self::default()
+        }
     }
-    let turn = turn(source.reference, tile.address);
-    let earth = Earth {
-        reference: source.reference,
-        normals: source.normals,
-        middle_longitude: tile.address.west() + tile.address.degrees() / 2.0 + turn,
-    };
-    let window = Window::new(source.reference, tile.address, turn);
-    let check = TileCheck {
-        source,
-        tile,
-        earth,
-        turn,
-        window,
-        neighbours,
-    };
-    let interior = (0..tile.interior_levels()).map(|k| {
-        (
-            k,
-            Detail {
-                interior: k,
-                fine_sides: [false; 4],
+}
+
+/// Worst figures of one level.
+#[derive(Clone, Copy, Default)]
+struct Figures {
+    vertical: Worst,
+    left_out: Worst,
+    excess: Worst,
+}
+
+impl Figures {
+    fn max(self, other: Self) -> Self {
+        Self {
+            vertical: self.vertical.max(other.vertical),
+            left_out: self.left_out.max(other.left_out),
+            excess: self.excess.max(other.excess),
+        }
+    }
+}
+
+impl Measure<'_> {
+    /// Measures every level of `tile`: the interior ones with coarse sides, and the finest with all sides fine.
+    /// `neighbours` says across which sides there is a tile of the same zoom. Blocks are looked at by all threads if
+    /// `spread`, by this one if not.
+    ///
+    /// # Errors
+    /// When samples cannot be read.
+    pub(super) fn tile(&self, tile: &Tile, neighbours: [bool; 4], spread: bool) -> Result<Measured> {
+        if let Some(what) = unsound(tile) {
+            return Ok(Measured::broken(Violation::of_tile(what, tile.address)));
+        }
+        let turn = turn(&self.source, tile.address);
+        let check = TileCheck {
+            measure: self,
+            tile,
+            earth: Earth {
+                source: self.source,
+                middle_longitude: tile.address.west() + tile.address.degrees() / 2.0 + turn,
             },
-        )
-    });
-    let details: Vec<_> = interior
-        .chain([(tile.partition.levels.len() - 1, tile.finest())])
-        .collect();
-    let mut levels: Vec<_> = details
-        .into_par_iter()
-        .map(|(index, detail)| check.level(index, detail))
-        .collect();
-    let mut violations: Vec<_> = levels
-        .iter_mut()
-        .flat_map(|level| std::mem::take(&mut level.violations))
-        .collect();
-    let (Some(first), Some(last)) = (levels.first(), levels.last()) else {
-        return Measured::default();
-    };
-    let changes = levels[..levels.len() - 1]
-        .iter()
-        .position(|level| level.sides != first.sides);
-    if let Some(level) = changes {
-        violations.push(check.violation("its coarse sides are not those of level 0", level));
+            turn,
+            square: Square::new(&self.source, tile.address),
+            neighbours,
+        };
+        check.run(spread)
     }
-    let sides = Sides {
-        extent_bits: tile.extent_bits,
-        coarse: first.sides.clone(),
-        fine: last.sides.clone(),
-    };
-    Measured {
-        triangles: last.triangles,
-        levels,
-        sides,
-        violations,
-    }
-}
 
-/// What keeps a tile from being drawn at all.
-fn unsound(tile: &Tile) -> Option<String> {
-    if let Err(error) = partition::validate(&tile.partition) {
-        return Some(format!("is no Surface Partition: {error}"));
+    /// Whether a tile has so many samples that all threads have something to do for it.
+    pub(super) fn is_large(&self, address: TileAddress) -> bool {
+        const BLOCKS: usize = 4;
+        let posts = Square::new(&self.source, address).posts(&self.source);
+        posts.is_some_and(|posts| posts.split(self.block_side).len() > BLOCKS)
     }
-    let levels = tile.partition.levels.len();
-    if levels < 5 || tile.outline_errors.len() != levels {
-        return Some(format!(
-            "has {levels} levels and {} outline errors",
-            tile.outline_errors.len()
-        ));
-    }
-    let finite = |value: &f64| value.is_finite();
-    let claims_are_finite = tile.partition.levels.iter().all(|level| finite(&level.error));
-    if !claims_are_finite || !tile.outline_errors.iter().all(finite) {
-        return Some("claims an error that is no number of metres".to_owned());
-    }
-    if tile.address.zoom + tile.extent_bits > MOST_BITS {
-        return Some(format!(
-            "has a lattice of {} bits",
-            tile.address.zoom + tile.extent_bits
-        ));
-    }
-    let extent = (1_u64 << tile.extent_bits) as f64;
-    let in_square = |p: &DVec3| {
-        [p.x, p.y]
-            .iter()
-            .all(|v| (0.0..=extent).contains(v) && v.fract() == 0.0)
-    };
-    let all_in_square = tile
-        .partition
-        .positions
-        .iter()
-        .chain(&tile.partition.blue_positions)
-        .all(in_square);
-    (!all_in_square).then(|| "has a vertex off its lattice".to_owned())
-}
-
-/// What a level's triangles cover.
-struct Coverage {
-    /// For each post of the tile's window.
-    samples: Vec<bool>,
-    /// Column and row of voids.
-    voids: Vec<(usize, usize)>,
 }
 
 struct TileCheck<'a> {
-    source: &'a Source<'a>,
+    measure: &'a Measure<'a>,
     tile: &'a Tile,
     earth: Earth<'a>,
     turn: f64,
-    window: Window,
+    square: Square,
     neighbours: [bool; 4],
 }
 
+/// A level of a tile, ready to be measured.
+struct Level {
+    surface: Surface,
+    outline: Outline,
+}
+
 impl TileCheck<'_> {
-    fn level(&self, index: usize, detail: Detail) -> LevelMeasured {
-        let mesh = self.tile.surface(detail);
-        let mut result = LevelMeasured {
-            claimed: self.tile.partition.levels[index].error,
-            claimed_outline: self.tile.outline_errors[index],
-            triangles: mesh.triangles.len(),
-            sides: side_edges(self.tile, &mesh),
-            ..LevelMeasured::default()
-        };
-        if let Err(error) = mesh::validate(&mesh) {
-            result
-                .violations
-                .push(self.violation(format!("is no surface: {error}"), index));
-            return result;
+    fn run(&self, spread: bool) -> Result<Measured> {
+        let shown = (0..interior_levels(self.tile)).map(coarse_sided);
+        let drawings: Vec<Drawing> = shown
+            .chain([finest(self.tile)])
+            .map(|shown: Shown| draw(self.tile, shown))
+            .collect();
+        let mut violations = self.sides_that_change(&drawings);
+        let faults = drawings.iter().enumerate().map(|(k, drawing)| (k, no_surface(drawing)));
+        let faults: Vec<_> = faults.filter_map(|(k, fault)| fault.map(|fault| (k, fault))).collect();
+        if !faults.is_empty() {
+            let violation = |(k, fault): &(usize, String)| self.violation(format!("is no surface: {fault}"), *k);
+            violations.extend(faults.iter().map(violation));
+            return Ok(Measured {
+                violations,
+                ..Measured::default()
+            });
         }
-        let surface = self.surface(&mesh);
-        let (coverage, at_samples) = self.cover(&surface);
-        let deviation = if self.source.between_samples {
-            at_samples.max(along_edges(&self.earth, self.source.reference, &surface))
-        } else {
-            at_samples
-        };
-        let outline = Outline::new(self.tile, &self.earth, &mesh, &surface);
-        let uncovered = outline.uncovered(&self.window, &coverage.samples, self.neighbours);
-        let excess = outline.excess(&coverage.voids);
-        result.measured = deviation.figure;
-        result.measured_outline = uncovered.figure.max(excess.figure);
-        let georeference = &self.source.reference.grid.georeference;
-        let slack = georeference.cell_metres(uncovered.max(excess).place).max_element() * CELL_SLACK;
-        let figures = [
-            ("vertical error", deviation, result.claimed, ROUNDING),
-            ("outline: a sample left out", uncovered, result.claimed_outline, slack),
-            (
-                "outline: the mesh ends where the source does not",
-                excess,
-                result.claimed_outline,
-                slack,
-            ),
-        ];
-        let broken = figures
+        let levels: Vec<Level> = drawings.iter().map(|drawing| self.level(drawing)).collect();
+        let figures = self.figures(&levels, spread)?;
+        let placeless = |level: &Level| level.surface.feet.iter().any(|foot| !foot.grid.is_finite());
+        if let Some(k) = levels.iter().position(placeless) {
+            violations.push(self.violation("has a vertex that is nowhere in the raster's system", k));
+        }
+        let measured: Vec<_> = figures
+            .iter()
+            .enumerate()
+            .map(|(k, figures)| self.compared(k, figures))
+            .collect();
+        violations.extend(measured.iter().flat_map(|(_, violations)| violations.iter().cloned()));
+        Ok(Measured {
+            triangles: drawings.last().map_or(0, |drawing| drawing.triangles.len()),
+            levels: measured.into_iter().map(|(level, _)| level).collect(),
+            lattice_bits: self.tile.address.zoom + self.tile.extent_bits,
+            violations,
+        })
+    }
+
+    fn sides_that_change(&self, drawings: &[Drawing]) -> Vec<Violation> {
+        let coarse = &drawings[..drawings.len() - 1];
+        let first = side_edges(self.tile, &coarse[0]);
+        let changed = coarse
+            .iter()
+            .position(|drawing| side_edges(self.tile, drawing) != first);
+        changed
+            .map(|k| self.violation("its coarse sides are not those of level 0", k))
             .into_iter()
-            .filter(|(_, worst, claimed, slack)| worst.figure > claimed + slack);
-        result.violations.extend(broken.map(|(what, worst, claimed, _)| {
-            let place = georeference.geographic(worst.place);
-            self.violation(what, index).at(place).figures(claimed, worst.figure)
-        }));
-        result
+            .collect()
+    }
+
+    fn level(&self, drawing: &Drawing) -> Level {
+        let unit = self.tile.address.degrees() / (1_u64 << self.tile.extent_bits) as f64;
+        let origin = DVec2::new(self.tile.address.west(), self.tile.address.south());
+        let geographic = |position: &DVec3| origin + position.truncate() * unit;
+        let georeference = self.measure.source.georeference;
+        let feet = drawing.positions.iter().map(|position| Foot {
+            grid: georeference.grid(geographic(position) + DVec2::new(self.turn, 0.0)),
+            height: position.z,
+        });
+        let positions = drawing.positions.iter().map(|position| {
+            let place = geographic(position);
+            to_earth_centred(Geodetic {
+                longitude: place.x,
+                latitude: place.y,
+                height: position.z,
+            })
+        });
+        let triangles = drawing.triangles.clone();
+        let surface = Surface::new(&self.earth, positions.collect(), feet.collect(), triangles);
+        let outline = Outline::new(self.tile, &self.earth, drawing, &surface, self.neighbours);
+        Level { surface, outline }
+    }
+
+    /// The posts that the tile's square or its triangles may touch.
+    fn region(&self, levels: &[Level]) -> Block {
+        const BESIDE: f64 = 2.0;
+        let source = &self.measure.source;
+        let touched = levels.iter().filter_map(|level| level.surface.extent());
+        let touched = touched.map(|(low, high)| Block::between(low - BESIDE, high + BESIDE, source.size()));
+        let all = touched.chain(self.square.posts(source)).reduce(|a, b| a.union(&b));
+        all.unwrap_or_else(|| Block::between(DVec2::ZERO, DVec2::ZERO, source.size()))
+    }
+
+    /// The worst of each level.
+    fn figures(&self, levels: &[Level], spread: bool) -> Result<Vec<Figures>> {
+        let region = self.region(levels);
+        let blocks = region.split(self.measure.block_side);
+        let of_block = |block: &Block| self.block(block, &region, levels);
+        let nothing = || vec![Figures::default(); levels.len()];
+        let worse = |a: Vec<Figures>, b: Vec<Figures>| Ok(a.into_iter().zip(b).map(|(a, b)| a.max(b)).collect());
+        if spread {
+            blocks.par_iter().map(of_block).try_reduce(nothing, worse)
+        } else {
+            blocks
+                .iter()
+                .map(of_block)
+                .try_fold(nothing(), |all, block| worse(all, block?))
+        }
+    }
+
+    fn block(&self, block: &Block, region: &Block, levels: &[Level]) -> Result<Vec<Figures>> {
+        let source = &self.measure.source;
+        let patch = source.patch(block)?;
+        let verticals = self.earth.verticals(block);
+        let is_ours = |post: (usize, usize)| {
+            patch.post(post.0, post.1) == Post::Surface && self.square.has_post(source, &patch, post)
+        };
+        let ours: Vec<bool> = block.posts().map(is_ours).collect();
+        let mut near = self.measure.outline.near();
+        let of_level = |level: &Level| {
+            let Level { surface, outline } = level;
+            let covered = self.cover(&patch, &verticals, surface);
+            let left_out = block
+                .posts()
+                .filter(|&(column, row)| ours[block.index(column, row)] && !covered.posts[block.index(column, row)]);
+            let left_out: Vec<_> = left_out.collect();
+            let along = if self.measure.between_samples {
+                along_edges(&self.earth, &patch, surface)
+            } else {
+                Worst::default()
+            };
+            Ok(Figures {
+                vertical: covered.worst.max(along),
+                left_out: outline.uncovered(&self.earth, surface, &left_out),
+                excess: outline.excess(source, &patch, region, &covered.voids, &mut near)?,
+            })
+        };
+        levels.iter().map(of_level).collect()
     }
 
     /// Which posts the triangles cover, and the worst deviation at them.
-    fn cover(&self, surface: &Surface) -> (Coverage, Worst) {
-        let mut coverage = Coverage {
-            samples: vec![false; self.window.inside.len()],
+    fn cover(&self, patch: &Patch, verticals: &[DVec3], surface: &Surface) -> Covered {
+        let mut covered = Covered {
+            posts: vec![false; verticals.len()],
             voids: Vec::new(),
+            worst: Worst::default(),
         };
-        let mut worst = Worst::default();
-        visit_posts(&self.earth, self.source.reference, surface, |column, row, deviation| {
-            match self.source.reference.post(column, row) {
-                Post::Surface => worst.meet(deviation, DVec2::new(column as f64, row as f64)),
+        visit_posts(&self.earth, patch, verticals, surface, |column, row, deviation| {
+            match patch.post(column, row) {
+                Post::Surface => covered.worst.meet(deviation, DVec2::new(column as f64, row as f64)),
                 Post::Lone => {}
-                Post::Void => coverage.voids.push((column, row)),
+                Post::Void => covered.voids.push((column, row)),
             }
-            if let Some(index) = self.window.index(column, row) {
-                coverage.samples[index] = true;
-            }
+            covered.posts[patch.block.index(column, row)] = true;
         });
-        (coverage, worst)
+        covered
+    }
+
+    /// A level's claims beside what was found.
+    fn compared(&self, k: usize, figures: &Figures) -> (LevelMeasured, Vec<Violation>) {
+        let georeference = self.measure.source.georeference;
+        let outline = figures.left_out.max(figures.excess);
+        let claims = if k < interior_levels(self.tile) {
+            k
+        } else {
+            self.tile.partition.levels.len() - 1
+        };
+        let level = LevelMeasured {
+            claimed: self.tile.partition.levels[claims].error,
+            measured: figures.vertical.figure,
+            claimed_outline: self.tile.outline_errors[claims],
+            measured_outline: outline.figure,
+        };
+        let slack = georeference.cell_metres(outline.place).max_element() * CELL_SLACK;
+        let compared = [
+            ("vertical error", figures.vertical, level.claimed, ROUNDING),
+            (
+                "outline: a sample left out",
+                figures.left_out,
+                level.claimed_outline,
+                slack,
+            ),
+            (
+                "outline: the mesh ends where the source does not",
+                figures.excess,
+                level.claimed_outline,
+                slack,
+            ),
+        ];
+        let broken = compared
+            .into_iter()
+            .filter(|(_, worst, claimed, slack)| worst.figure > claimed + slack || slack.is_nan());
+        let violation = |(what, worst, claimed, _): (&str, Worst, f64, f64)| {
+            let place = georeference.geographic(worst.place);
+            self.violation(what, k).at(place).figures(claimed, worst.figure)
+        };
+        (level, broken.map(violation).collect())
     }
 
     fn violation(&self, what: impl Into<String>, index: usize) -> Violation {
-        let finest = index + 1 == self.tile.partition.levels.len();
-        let level = if finest { "finest".to_owned() } else { index.to_string() };
+        let level = if index >= interior_levels(self.tile) {
+            "finest".to_owned()
+        } else {
+            index.to_string()
+        };
         Violation {
             level: Some(level),
             ..Violation::of_tile(what, self.tile.address)
         }
     }
+}
 
-    fn surface(&self, mesh: &Mesh) -> Surface {
-        let unit = self.tile.address.degrees() / (1_u64 << self.tile.extent_bits) as f64;
-        let origin = DVec2::new(self.tile.address.west(), self.tile.address.south());
-        let feet = mesh.positions.iter().map(|position| {
-            let geographic = origin + position.truncate() * unit;
-            let grid = self
-                .source
-                .reference
-                .grid
-                .georeference
-                .grid(geographic + DVec2::new(self.turn, 0.0));
-            (
-                geographic,
-                Foot {
-                    grid,
-                    height: position.z,
-                },
-            )
-        });
-        let (geographic, feet): (Vec<DVec2>, Vec<Foot>) = feet.unzip();
-        let positions = geographic.iter().zip(&feet).map(|(place, foot)| {
-            to_earth_centred(Geodetic {
-                longitude: place.x,
-                latitude: place.y,
-                height: foot.height,
-            })
-        });
-        Surface {
-            positions: positions.collect(),
-            feet,
-            triangles: mesh.triangles.clone(),
-        }
-    }
+/// What a level's triangles cover of a block.
+struct Covered {
+    /// Of each post of the block, whether.
+    posts: Vec<bool>,
+    voids: Vec<(usize, usize)>,
+    worst: Worst,
 }

@@ -8,7 +8,8 @@ use anyhow::{Context, bail, ensure};
 use glam::DVec3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
-use terrain_core::Mesh;
+
+use super::drawing::Drawing;
 
 /// The words before the figures, after the comment sign.
 const SIGNATURE: &str = "terrain-ingest certified error ";
@@ -23,7 +24,7 @@ pub struct Claim {
 }
 
 /// Reads a triangle mesh: a `.ply` or an `.obj` file, by its name.
-pub(super) fn read(path: &Path) -> anyhow::Result<Mesh> {
+pub(super) fn read(path: &Path) -> anyhow::Result<Drawing> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let mesh = match extension.to_str() {
         Some("ply") => read_ply(path),
@@ -56,7 +57,7 @@ fn parse_claim(line: &str) -> Option<Claim> {
     })
 }
 
-fn read_obj(path: &Path) -> anyhow::Result<Mesh> {
+fn read_obj(path: &Path) -> anyhow::Result<Drawing> {
     let options = tobj::LoadOptions {
         ignore_points: true,
         ignore_lines: true,
@@ -64,7 +65,7 @@ fn read_obj(path: &Path) -> anyhow::Result<Mesh> {
     };
     let mut file = BufReader::new(File::open(path)?);
     let (models, _) = tobj::load_obj_buf(&mut file, &options, |_| Ok(Default::default()))?;
-    let mut mesh = Mesh::default();
+    let mut mesh = Drawing::default();
     for model in models.into_iter().map(|model| model.mesh) {
         ensure!(
             model.face_arities.iter().all(|&corners| corners == 3),
@@ -83,11 +84,11 @@ fn read_obj(path: &Path) -> anyhow::Result<Mesh> {
     Ok(mesh)
 }
 
-fn read_ply(path: &Path) -> anyhow::Result<Mesh> {
+fn read_ply(path: &Path) -> anyhow::Result<Drawing> {
     let mut file = Reader::new(BufReader::new(File::open(path)?));
     let (vertices, faces) = (Parser::<Vertex>::new(), Parser::<Face>::new());
     let header = vertices.read_header(&mut file)?;
-    let mut mesh = Mesh::default();
+    let mut mesh = Drawing::default();
     for (_, element) in &header.elements {
         if element.name == "face" {
             let read = faces.read_payload_for_element(&mut file, element, &header)?;

@@ -10,62 +10,62 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+use anyhow::Result;
 use fastrand::Rng;
-use terrain_core::mesh;
 use terrain_tiles::address::{Side, TileAddress};
-use terrain_tiles::tile::Detail;
 
-use super::reference::Reference;
+use super::drawing::{Shown, draw, no_surface};
 use super::report::Violation;
 use super::sides::{NodeEdge, is_one_sided, opposite, side_edges};
+use super::source::Source;
 use super::tiles::Tiles;
 
 /// Tiles of an archive by address, with their number of interior levels.
 pub(super) type Interiors = BTreeMap<TileAddress, usize>;
 
 /// Draws one random mix and returns how many tiles it has and where it is not watertight.
+///
+/// # Errors
+/// When samples cannot be read.
 pub(super) fn check(
     tiles: &dyn Tiles,
     interiors: &Interiors,
-    reference: &Reference,
+    source: &Source,
     seed: u64,
-) -> (usize, Vec<Violation>) {
+) -> Result<(usize, Vec<Violation>)> {
     let mut random = Rng::with_seed(seed);
     let selection = Selection::new(interiors, &mut random);
-    let details = selection.details(interiors, &mut random);
+    let details = selection.shown(interiors, &mut random);
     let mut violations = Vec::new();
     let mut drawn = Vec::new();
-    for (&address, &detail) in &details {
+    for (&address, &shown) in &details {
         // Tiles that cannot be read have been reported by whoever counted their levels.
         let Ok(tile) = tiles.tile(address) else { continue };
-        let mesh = tile.surface(detail);
-        if let Err(error) = mesh::validate(&mesh) {
-            violations.push(Violation::of_tile(
-                format!("drawn as {detail:?} is no surface: {error}"),
-                address,
-            ));
+        let drawing = draw(&tile, shown);
+        if let Some(fault) = no_surface(&drawing) {
+            let what = format!("drawn as {shown:?} is no surface: {fault}");
+            violations.push(Violation::of_tile(what, address));
         }
-        let sides = side_edges(&tile, &mesh);
-        drawn.push((tile, sides));
+        drawn.push((address, tile.extent_bits, side_edges(&tile, &drawing)));
     }
     let all: HashSet<NodeEdge> = drawn
         .iter()
-        .flat_map(|(_, sides)| sides.iter().flatten().copied())
+        .flat_map(|(_, _, sides)| sides.iter().flatten().copied())
         .collect();
-    for (tile, sides) in &drawn {
+    for (address, bits, sides) in &drawn {
         for side in Side::ALL {
             let open = sides[side as usize].iter().filter(|[a, b]| !all.contains(&[*b, *a]));
-            let gaps = open
-                .filter(|&&edge| selection.has_tile_across(tile.address, side, edge, tile.extent_bits))
-                .filter(|&&edge| !is_one_sided(reference, tile.address, tile.extent_bits, side, edge))
-                .count();
+            let mut gaps = 0;
+            for &edge in open.filter(|&&edge| selection.has_tile_across(*address, side, edge, *bits)) {
+                gaps += usize::from(!is_one_sided(source, *address, *bits, side, edge)?);
+            }
             if gaps > 0 {
                 let what = format!("{side:?} side: {gaps} edges that the tile across does not meet in mix {seed}");
-                violations.push(Violation::of_tile(what, tile.address));
+                violations.push(Violation::of_tile(what, *address));
             }
         }
     }
-    (drawn.len(), violations)
+    Ok((drawn.len(), violations))
 }
 
 /// What is across a side of a selected tile.
@@ -136,8 +136,8 @@ impl Selection {
     }
 
     /// How to draw each tile.
-    fn details(&self, exist: &Interiors, random: &mut Rng) -> BTreeMap<TileAddress, Detail> {
-        let mut details: BTreeMap<TileAddress, Detail> = BTreeMap::new();
+    fn shown(&self, exist: &Interiors, random: &mut Rng) -> BTreeMap<TileAddress, Shown> {
+        let mut details: BTreeMap<TileAddress, Shown> = BTreeMap::new();
         for &address in &self.tiles {
             let finest = exist[&address].saturating_sub(1);
             let must_be_finest = Side::ALL
@@ -150,16 +150,16 @@ impl Selection {
             };
             details.insert(
                 address,
-                Detail {
+                Shown {
                     interior,
                     fine_sides: [false; 4],
                 },
             );
         }
-        let is_finest = |details: &BTreeMap<TileAddress, Detail>, address: TileAddress| {
+        let is_finest = |details: &BTreeMap<TileAddress, Shown>, address: TileAddress| {
             details
                 .get(&address)
-                .is_some_and(|detail| detail.interior + 1 == exist[&address])
+                .is_some_and(|shown| shown.interior + 1 == exist[&address])
         };
         for (address, side) in self
             .tiles
@@ -183,8 +183,8 @@ impl Selection {
                 .into_iter()
                 .flatten()
             {
-                if let Some(detail) = details.get_mut(&tile) {
-                    detail.fine_sides[side as usize] = fine;
+                if let Some(shown) = details.get_mut(&tile) {
+                    shown.fine_sides[side as usize] = fine;
                 }
             }
         }

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::tile::{Detail, Tile};
+use terrain_tiles::tile::Tile;
 
+use super::drawing::{Shown, coarse_sided, draw, finest};
 use super::report::Violation;
 use super::sides::{Node, node};
 
@@ -13,11 +14,11 @@ type NodeTriangle = [Node; 3];
 
 /// Compares `parent` with those of its children that exist.
 pub(super) fn check(parent: &Tile, children: &[Tile]) -> Vec<Violation> {
-    let of_parent = triangles(parent, parent.finest());
+    let of_parent = triangles(parent, finest(parent));
     let mut violations = Vec::new();
     let mut claimed = 0;
     for child in children {
-        let of_child = triangles(child, child.coarsest());
+        let of_child = triangles(child, coarse_sided(0));
         claimed += of_child.len();
         let strange = of_child.difference(&of_parent).count();
         if strange > 0 {
@@ -45,11 +46,12 @@ pub(super) fn orphans(exist: &BTreeSet<TileAddress>) -> Vec<Violation> {
         .collect()
 }
 
-fn triangles(tile: &Tile, detail: Detail) -> BTreeSet<NodeTriangle> {
-    let mesh = tile.surface(detail);
-    let nodes: Vec<Node> = mesh.positions.iter().map(|&position| node(tile, position)).collect();
+fn triangles(tile: &Tile, shown: Shown) -> BTreeSet<NodeTriangle> {
+    let drawing = draw(tile, shown);
+    let nodes: Vec<Node> = drawing.positions.iter().map(|&position| node(tile, position)).collect();
     let turned = |[a, b, c]: NodeTriangle| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or([a, b, c]);
-    mesh.triangles
+    drawing
+        .triangles
         .iter()
         .map(|corners| turned(corners.map(|corner| nodes[corner as usize])))
         .collect()

@@ -1,151 +1,184 @@
 //! How far the outline of a tile's mesh is from the outline of the source, in plan view and both ways: samples that
 //! the mesh leaves out, and mesh where the source has nothing.
 
+use std::sync::OnceLock;
+
+use anyhow::Result;
 use glam::DVec2;
 use rstar::RTree;
 use rstar::primitives::Line;
-use terrain_core::Mesh;
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::ellipsoid::to_geodetic;
 use terrain_tiles::tile::Tile;
 
 use super::deviation::Worst;
-use super::reference::{Post, Reference, distance};
+use super::drawing::{Drawing, boundary_edges};
 use super::sides::side_of;
+use super::source::{Block, Patch, Source};
+use super::source_outline::{NearOutline, distance};
 use super::space::{Earth, Space};
-use super::surface::{Surface, boundary_edges};
-use super::window::Window;
+use super::surface::Surface;
 
 /// The outline of one level of a tile.
-pub(super) struct Outline<'a> {
-    tile: &'a Tile,
-    earth: &'a Earth<'a>,
-    mesh: &'a Mesh,
-    surface: &'a Surface,
+pub(super) struct Outline {
     edges: Vec<[u32; 2]>,
+    /// Grid positions that have to be near the source's outline; if `true`, only where the source has nothing.
+    places: Vec<(DVec2, bool)>,
+    /// What is left to the tiles across its sides.
+    strips: Vec<Strip>,
+    /// The edges as seen on the ellipsoid, once somebody asks.
+    pieces: OnceLock<RTree<Line<[f64; 3]>>>,
 }
 
-impl<'a> Outline<'a> {
-    pub(super) fn new(tile: &'a Tile, earth: &'a Earth<'a>, mesh: &'a Mesh, surface: &'a Surface) -> Self {
+impl Outline {
+    /// `neighbours` says across which sides there is a tile of the same zoom.
+    pub(super) fn new(tile: &Tile, earth: &Earth, drawing: &Drawing, surface: &Surface, neighbours: [bool; 4]) -> Self {
+        let edges = boundary_edges(&drawing.triangles);
+        let side = |edge: &[u32; 2]| side_of(tile, edge.map(|end| drawing.positions[end as usize]));
+        let mut places = Vec::new();
+        for &[from, to] in edges.iter().filter(|edge| side(edge).is_none()) {
+            let [a, b] = [from, to].map(|end| surface.positions[end as usize]);
+            let along = [1.0 / 3.0, 0.5, 2.0 / 3.0].map(|part| (earth.foot(a.lerp(b, part)).grid, true));
+            let inner = |&vertex: &u32| !is_on_the_square(tile, drawing, vertex);
+            let vertices = [from, to].into_iter().filter(inner);
+            places.extend(
+                along
+                    .into_iter()
+                    .chain(vertices.map(|v| (surface.feet[v as usize].grid, false))),
+            );
+        }
+        let strips = strips(tile, neighbours, |wanted| {
+            let on_it = edges.iter().filter(move |edge| side(edge) == Some(wanted));
+            let middle = |edge: &[u32; 2]| {
+                let [a, b] = edge.map(|end| surface.positions[end as usize]);
+                to_geodetic((a + b) / 2.0).latitude
+            };
+            on_it.map(middle).collect()
+        });
         Self {
-            tile,
-            earth,
-            mesh,
-            surface,
-            edges: boundary_edges(&mesh.triangles),
+            edges,
+            places,
+            strips,
+            pieces: OnceLock::new(),
         }
     }
 
-    /// Plan distance of the sample of the source that is farthest from the mesh. Samples that a straight side leaves
-    /// to the tile across it are that tile's; `neighbours` says which sides have one.
-    pub(super) fn uncovered(&self, window: &Window, covered: &[bool], neighbours: [bool; 4]) -> Worst {
-        let left_over: Vec<(usize, usize)> = window
-            .posts()
-            .filter(|&(index, (column, row))| {
-                window.inside[index] && !covered[index] && self.reference().post(column, row) == Post::Surface
-            })
-            .map(|(_, post)| post)
-            .collect();
+    /// Plan distance of the farthest of `left_out`, posts that no triangle covers, from the mesh. Those that a straight
+    /// side leaves to the tile across it are that tile's.
+    pub(super) fn uncovered(&self, earth: &Earth, surface: &Surface, left_out: &[(usize, usize)]) -> Worst {
         let mut worst = Worst::default();
-        if left_over.is_empty() {
-            return worst;
-        }
-        let left_to_neighbours = self.bulges(neighbours);
-        let pieces = RTree::bulk_load(self.edges.iter().flat_map(|&edge| self.pieces(edge)).collect());
-        for (column, row) in left_over {
+        for &(column, row) in left_out {
             let post = DVec2::new(column as f64, row as f64);
-            let latitude = self.reference().grid.georeference.geographic(post).y;
-            if !left_to_neighbours
-                .iter()
-                .any(|&(side, bulge)| (latitude - side).abs() <= bulge)
-            {
-                worst.meet(distance(&pieces, self.reference().on_ellipsoid(post)), post);
+            let place = earth.source.georeference.geographic(post);
+            if !self.strips.iter().any(|strip| strip.holds(place)) {
+                let pieces = self.pieces.get_or_init(|| self.on_ellipsoid(earth, surface));
+                worst.meet(distance(pieces, earth.source.on_ellipsoid(post)), post);
             }
         }
         worst
     }
 
     /// Plan distance from the source's outline of the outline's vertices, and of its points and of `covered_voids`
-    /// where the source has nothing.
-    pub(super) fn excess(&self, covered_voids: &[(usize, usize)]) -> Worst {
+    /// where the source has nothing; those in one block of `whole`.
+    pub(super) fn excess(
+        &self,
+        source: &Source,
+        patch: &Patch,
+        whole: &Block,
+        covered_voids: &[(usize, usize)],
+        near: &mut NearOutline,
+    ) -> Result<Worst> {
         let mut worst = Worst::default();
         let voids = covered_voids
             .iter()
             .map(|&(column, row)| DVec2::new(column as f64, row as f64));
-        let open = self.edges.iter().filter(|&&edge| self.side(edge).is_none());
-        let (mut places, mut vertices): (Vec<DVec2>, Vec<u32>) = (voids.collect(), Vec::new());
-        for &[from, to] in open {
-            let [a, b] = [from, to].map(|end| self.surface.positions[end as usize]);
-            let along = [1.0 / 3.0, 0.5, 2.0 / 3.0].map(|part| self.earth.foot(a.lerp(b, part)).grid);
-            places.extend(along.into_iter().filter(|&grid| !self.reference().covers(grid)));
-            vertices.extend([from, to].into_iter().filter(|&vertex| !self.is_on_the_square(vertex)));
-        }
-        places.extend(
-            vertices
-                .into_iter()
-                .map(|vertex| self.surface.feet[vertex as usize].grid),
-        );
-        for grid in places {
-            worst.meet(
-                self.reference().outline_distance(self.reference().on_ellipsoid(grid)),
-                grid,
-            );
-        }
-        worst
-    }
-
-    fn reference(&self) -> &Reference<'a> {
-        self.earth.reference
-    }
-
-    fn side(&self, edge: [u32; 2]) -> Option<Side> {
-        side_of(self.tile, edge.map(|end| self.mesh.positions[end as usize]))
-    }
-
-    fn is_on_the_square(&self, vertex: u32) -> bool {
-        let extent = (1_u64 << self.tile.extent_bits) as f64;
-        let position = self.mesh.positions[vertex as usize];
-        [position.x, position.y]
+        let here = self
+            .places
             .iter()
-            .any(|&value| value == 0.0 || value == extent)
+            .filter(|(grid, _)| patch.block.contains(whole.nearest(*grid)));
+        let outside = here.filter(|(grid, if_uncovered)| !(*if_uncovered && patch.covers(*grid)));
+        for grid in voids.chain(outside.map(|(grid, _)| *grid)) {
+            worst.meet(near.distance(source.on_ellipsoid(grid))?, grid);
+        }
+        Ok(worst)
     }
 
-    /// An edge as seen on the ellipsoid, in pieces of at most a cell.
-    fn pieces(&self, edge: [u32; 2]) -> impl Iterator<Item = Line<[f64; 3]>> + use<> {
-        let [a, b] = edge.map(|end| self.surface.positions[end as usize]);
-        let [from, to] = edge.map(|end| self.surface.feet[end as usize].grid);
-        let count = (to - from).abs().max_element().ceil().clamp(1.0, 1e6) as usize;
-        let points: Vec<[f64; 3]> = (0..=count)
-            .map(|i| self.earth.foot(a.lerp(b, i as f64 / count as f64)).grid)
-            .map(|grid| self.reference().on_ellipsoid(grid).to_array())
-            .collect();
-        let lines: Vec<_> = points
-            .windows(2)
-            .filter(|p| p[0] != p[1])
-            .map(|p| Line::new(p[0], p[1]))
-            .collect();
-        lines.into_iter()
+    fn on_ellipsoid(&self, earth: &Earth, surface: &Surface) -> RTree<Line<[f64; 3]>> {
+        RTree::bulk_load(
+            self.edges
+                .iter()
+                .flat_map(|&edge| pieces(earth, surface, edge))
+                .collect(),
+        )
     }
+}
 
-    /// Latitude of each side along a parallel that has a neighbour, and by how many degrees the straight edges on it
-    /// leave it.
-    fn bulges(&self, neighbours: [bool; 4]) -> Vec<(f64, f64)> {
-        let address = self.tile.address;
-        [
-            (Side::South, address.south()),
-            (Side::North, address.south() + address.degrees()),
-        ]
-        .into_iter()
-        .filter(|&(side, _)| neighbours[side as usize])
-        .map(|(side, latitude)| {
-            let on_it = self.edges.iter().filter(|&&edge| self.side(edge) == Some(side));
-            let bulge = on_it.map(|edge| {
-                let [a, b] = edge.map(|end| self.surface.positions[end as usize]);
-                (to_geodetic((a + b) / 2.0).latitude - latitude).abs()
-            });
-            (latitude, bulge.fold(1e-9, f64::max))
-        })
+fn is_on_the_square(tile: &Tile, drawing: &Drawing, vertex: u32) -> bool {
+    let extent = (1_u64 << tile.extent_bits) as f64;
+    let position = drawing.positions[vertex as usize];
+    [position.x, position.y]
+        .iter()
+        .any(|&value| value == 0.0 || value == extent)
+}
+
+/// An edge as seen on the ellipsoid, in pieces of at most a cell.
+fn pieces(earth: &Earth, surface: &Surface, edge: [u32; 2]) -> Vec<Line<[f64; 3]>> {
+    let [a, b] = edge.map(|end| surface.positions[end as usize]);
+    let [from, to] = edge.map(|end| surface.feet[end as usize].grid);
+    let count = (to - from).abs().max_element().ceil().clamp(1.0, 1e6) as usize;
+    let points: Vec<[f64; 3]> = (0..=count)
+        .map(|i| earth.foot(a.lerp(b, i as f64 / count as f64)).grid)
+        .map(|grid| earth.source.on_ellipsoid(grid).to_array())
+        .collect();
+    points
+        .windows(2)
+        .filter(|p| p[0] != p[1])
+        .map(|p| Line::new(p[0], p[1]))
         .collect()
+}
+
+/// What each side with a neighbour may leave to it: what straight edges along a parallel bulge, and the few lattice units by
+/// which an outline may be moved onto a side. `latitudes` gives those of the middles of the edges on a side.
+fn strips(tile: &Tile, neighbours: [bool; 4], latitudes: impl Fn(Side) -> Vec<f64>) -> Vec<Strip> {
+    const MOVED: f64 = 5.0;
+    let address = tile.address;
+    let moved = MOVED * address.degrees() / (1_u64 << tile.extent_bits) as f64;
+    let (west, south) = (address.west(), address.south());
+    let strip = |side: Side| {
+        let (is_meridian, degrees) = match side {
+            Side::West => (true, west),
+            Side::South => (false, south),
+            Side::East => (true, west + address.degrees()),
+            Side::North => (false, south + address.degrees()),
+        };
+        let middles = if is_meridian { Vec::new() } else { latitudes(side) };
+        let bulges = middles.into_iter().map(|middle| (middle - degrees).abs());
+        Strip {
+            is_meridian,
+            degrees,
+            width: bulges.fold(moved, f64::max),
+        }
+    };
+    let with_neighbour = Side::ALL.into_iter().filter(|&side| neighbours[side as usize]);
+    with_neighbour.map(strip).collect()
+}
+
+/// Places so close to a meridian or a parallel.
+struct Strip {
+    is_meridian: bool,
+    degrees: f64,
+    width: f64,
+}
+
+impl Strip {
+    fn holds(&self, place: DVec2) -> bool {
+        let off = if self.is_meridian {
+            let off = place.x - self.degrees;
+            off - (off / 360.0).round() * 360.0
+        } else {
+            place.y - self.degrees
+        };
+        off.abs() <= self.width
     }
 }
 

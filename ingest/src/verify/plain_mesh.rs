@@ -3,30 +3,31 @@
 
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, Result};
 use glam::DVec2;
-use terrain_core::mesh::validate;
+use rayon::prelude::*;
 
 use super::deviation::{Worst, along_edges, visit_posts};
+use super::drawing::{Drawing, no_surface};
 use super::mesh_file::{self, Claim};
-use super::reference::{Post, Reference};
 use super::report::{MeshReport, ROUNDING, Violation};
-use super::space::{Foot, Raster};
+use super::source::{Block, Post, Source};
+use super::space::{Foot, Raster, Space};
 use super::surface::Surface;
-use crate::height_grid::HeightGrid;
 
 /// Measures the mesh at `path`, a `.ply` or `.obj` file, against the raster that it was made from. What it claims is
-/// taken from its comments, or from `claim` where it says nothing.
+/// taken from its comments, or from `claim` where it says nothing. The raster's share of memory is at most some
+/// `memory` bytes.
 ///
 /// # Errors
-/// When the file is no readable triangle mesh, or there is no claim to hold it to.
-pub fn mesh(path: &Path, grid: &HeightGrid, claim: Option<Claim>) -> anyhow::Result<MeshReport> {
+/// When the file is no readable triangle mesh, there is no claim to hold it to, or samples cannot be read.
+pub fn mesh(path: &Path, source: Source, claim: Option<Claim>, memory: u64) -> Result<MeshReport> {
     let claim = mesh_file::read_claim(path)?.or(claim);
     let claim = claim.with_context(|| format!("{}: claims no error; pass --max-error", path.display()))?;
-    Ok(check(&mesh_file::read(path)?, grid, &claim))
+    check(&mesh_file::read(path)?, &source, &claim, super::block_side(memory))
 }
 
-fn check(mesh: &terrain_core::Mesh, grid: &HeightGrid, claim: &Claim) -> MeshReport {
+fn check(mesh: &Drawing, source: &Source, claim: &Claim, block_side: usize) -> Result<MeshReport> {
     let mut report = MeshReport {
         bound: claim.bound.clone(),
         vertices: mesh.positions.len(),
@@ -41,82 +42,133 @@ fn check(mesh: &terrain_core::Mesh, grid: &HeightGrid, claim: &Claim) -> MeshRep
     if !["surface", "samples"].contains(&claim.bound.as_str()) {
         violations.push(Violation::new(format!("bound “{}” is unknown", claim.bound)));
     }
-    match validate(mesh) {
-        Err(error) => violations.push(Violation::new(format!("is no surface: {error}"))),
-        Ok(()) => violations.extend(measure(mesh, &Reference::new(grid), claim, &mut report)),
+    match no_surface(mesh) {
+        Some(fault) => violations.push(Violation::new(format!("is no surface: {fault}"))),
+        None => violations.extend(measure(mesh, source, claim, block_side, &mut report)?),
     }
     report.set_violations(violations);
-    report
+    Ok(report)
 }
 
-fn measure(mesh: &terrain_core::Mesh, reference: &Reference, claim: &Claim, report: &mut MeshReport) -> Vec<Violation> {
-    let surface = in_grid(mesh, reference);
-    let mut covered = vec![false; reference.grid.heights.len()];
-    let mut at_samples = Worst::default();
-    visit_posts(&Raster, reference, &surface, |column, row, deviation| {
-        covered[row * reference.grid.columns + column] = true;
-        if reference.post(column, row) == Post::Surface {
-            at_samples.meet(deviation, DVec2::new(column as f64, row as f64));
+/// What is found in a block, and in blocks one after the other.
+#[derive(Clone, Default)]
+struct Found {
+    at_samples: Worst,
+    along_edges: Worst,
+    left_out: Posts,
+    invented: Posts,
+}
+
+/// How many, and the first.
+#[derive(Clone, Copy, Default)]
+struct Posts {
+    count: usize,
+    first: Option<(usize, usize)>,
+}
+
+impl Posts {
+    fn add(self, other: Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            first: self.first.or(other.first),
         }
-    });
-    let anywhere = at_samples.max(along_edges(&Raster, reference, &surface));
-    report.measured_at_samples = at_samples.figure;
-    report.measured_between_samples = anywhere.figure;
-    let mut violations = coverage(reference, &covered);
-    let promised = if claim.bound == "samples" { at_samples } else { anywhere };
-    if promised.figure > claim.error + ROUNDING || claim.error.is_nan() {
-        let place = reference.grid.georeference.crs_coordinates(promised.place);
-        violations.push(
-            Violation::new("vertical error")
-                .at(place)
-                .figures(claim.error, promised.figure),
-        );
     }
-    violations
 }
 
-fn in_grid(mesh: &terrain_core::Mesh, reference: &Reference) -> Surface {
-    let to_grid = reference.grid.georeference.affine().inverse();
+impl Found {
+    fn add(self, other: Self) -> Self {
+        Self {
+            at_samples: self.at_samples.max(other.at_samples),
+            along_edges: self.along_edges.max(other.along_edges),
+            left_out: self.left_out.add(other.left_out),
+            invented: self.invented.add(other.invented),
+        }
+    }
+}
+
+fn measure(
+    mesh: &Drawing,
+    source: &Source,
+    claim: &Claim,
+    block_side: usize,
+    report: &mut MeshReport,
+) -> Result<Vec<Violation>> {
+    let surface = in_grid(mesh, source);
+    let blocks = source.whole().split(block_side);
+    let found = blocks.par_iter().map(|block| in_block(source, &surface, block));
+    let found = found.try_reduce(Found::default, |a, b| Ok(a.add(b)))?;
+    let anywhere = found.at_samples.max(found.along_edges);
+    report.measured_at_samples = found.at_samples.figure;
+    report.measured_between_samples = anywhere.figure;
+    let crs = |place: DVec2| source.georeference.crs_coordinates(place);
+    let told = |posts: Posts, what: &str| {
+        let (column, row) = posts.first?;
+        let place = crs(DVec2::new(column as f64, row as f64));
+        Some(Violation::new(format!("{} {what}, the first", posts.count)).at(place))
+    };
+    let left_out = told(found.left_out, "samples that no triangle covers");
+    let invented = told(found.invented, "voids that a triangle covers");
+    let mut violations: Vec<_> = left_out.into_iter().chain(invented).collect();
+    let promised = if claim.bound == "samples" {
+        found.at_samples
+    } else {
+        anywhere
+    };
+    if promised.figure > claim.error + ROUNDING || claim.error.is_nan() {
+        let violation = Violation::new("vertical error").at(crs(promised.place));
+        violations.push(violation.figures(claim.error, promised.figure));
+    }
+    Ok(violations)
+}
+
+fn in_block(source: &Source, surface: &Surface, block: &Block) -> Result<Found> {
+    let patch = source.patch(block)?;
+    let mut covered = vec![false; block.columns.len() * block.rows.len()];
+    let mut at_samples = Worst::default();
+    visit_posts(
+        &Raster,
+        &patch,
+        &Raster.verticals(block),
+        surface,
+        |column, row, deviation| {
+            covered[block.index(column, row)] = true;
+            if patch.post(column, row) == Post::Surface {
+                at_samples.meet(deviation, DVec2::new(column as f64, row as f64));
+            }
+        },
+    );
+    let wrong = |what: Post, should_be: bool| {
+        let is_wrong = |&(column, row): &(usize, usize)| {
+            patch.post(column, row) == what && covered[block.index(column, row)] != should_be
+        };
+        let mut posts = block.posts().filter(is_wrong);
+        let first = posts.next();
+        Posts {
+            count: posts.count() + usize::from(first.is_some()),
+            first,
+        }
+    };
+    Ok(Found {
+        at_samples,
+        along_edges: along_edges(&Raster, &patch, surface),
+        left_out: wrong(Post::Surface, true),
+        invented: wrong(Post::Void, false),
+    })
+}
+
+fn in_grid(mesh: &Drawing, source: &Source) -> Surface {
+    let to_grid = source.georeference.affine().inverse();
     let positions = mesh
         .positions
         .iter()
         .map(|p| to_grid.transform_point2(p.truncate()).extend(p.z));
     let positions: Vec<_> = positions.collect();
-    let feet = positions
-        .iter()
-        .map(|p| Foot {
-            grid: p.truncate(),
-            height: p.z,
-        })
-        .collect();
-    Surface {
-        positions,
-        feet,
-        triangles: mesh.triangles.clone(),
-    }
-}
-
-/// Samples of the surface that are not covered, and voids that are.
-fn coverage(reference: &Reference, covered: &[bool]) -> Vec<Violation> {
-    let posts = || {
-        let columns = reference.grid.columns;
-        covered
-            .iter()
-            .enumerate()
-            .map(move |(index, &covered)| ((index % columns, index / columns), covered))
+    let foot = |p: &glam::DVec3| Foot {
+        grid: p.truncate(),
+        height: p.z,
     };
-    let wrong = |post: Post, should_be: bool, what: &str| {
-        let found: Vec<_> = posts()
-            .filter(|&((column, row), covered)| reference.post(column, row) == post && covered != should_be)
-            .map(|((column, row), _)| DVec2::new(column as f64, row as f64))
-            .collect();
-        let first = found.first()?;
-        let place = reference.grid.georeference.crs_coordinates(*first);
-        Some(Violation::new(format!("{} {what}, the first", found.len())).at(place))
-    };
-    let left_out = wrong(Post::Surface, true, "samples that no triangle covers");
-    let invented = wrong(Post::Void, false, "voids that a triangle covers");
-    left_out.into_iter().chain(invented).collect()
+    let feet = positions.iter().map(foot).collect();
+    Surface::new(&Raster, positions, feet, mesh.triangles.clone())
 }
 
 #[cfg(test)]

@@ -4,10 +4,16 @@ use std::fmt::Write;
 use std::fs;
 
 use glam::DVec3;
-use terrain_core::Mesh;
 
 use super::*;
 use crate::georeference::GeoReference;
+use crate::height_grid::HeightGrid;
+
+const MEMORY: u64 = 1 << 20;
+
+fn measured(mesh: &Drawing, grid: &HeightGrid, claim: &Claim) -> MeshReport {
+    check(mesh, &grid.into(), claim, 4).unwrap()
+}
 
 /// A sloping plane over 9 × 9 samples in degrees, north up.
 fn plane() -> HeightGrid {
@@ -18,15 +24,13 @@ fn plane() -> HeightGrid {
             .map(|index| f32::from(index % 9) * 3.0 + f32::from(index / 9) * 5.0)
             .collect(),
         georeference: GeoReference::wgs84(9, 9, DVec2::new(7.0, 46.0), DVec2::new(0.25, -0.25)),
-        vertical_datum: "unspecified".to_owned(),
-        files: Vec::new(),
     }
 }
 
 /// Four triangles around the middle sample.
-fn fan() -> Mesh {
+fn fan() -> Drawing {
     let corner = |column: f64, row: f64| DVec3::new(7.0 + column * 0.25, 46.0 - row * 0.25, column * 3.0 + row * 5.0);
-    Mesh {
+    Drawing {
         positions: vec![
             corner(0.0, 0.0),
             corner(8.0, 0.0),
@@ -47,7 +51,7 @@ fn claim(error: f64) -> Claim {
 
 #[test]
 fn a_plane_is_measured_as_a_plane() {
-    let report = check(&fan(), &plane(), &claim(0.0));
+    let report = measured(&fan(), &plane(), &claim(0.0));
     assert!(report.holds(), "{report}");
     assert!(report.measured_between_samples < 1e-9, "{report}");
 }
@@ -56,18 +60,18 @@ fn a_plane_is_measured_as_a_plane() {
 fn a_vertex_moved_by_twice_the_claim_is_found() {
     let mut mesh = fan();
     mesh.positions[4].z += 2.0;
-    let report = check(&mesh, &plane(), &claim(1.0));
+    let report = measured(&mesh, &plane(), &claim(1.0));
     assert!(!report.holds());
     assert!((report.measured_at_samples - 2.0).abs() < 1e-9, "{report}");
     assert_eq!(report.violations[0].place, Some([8.0, 45.0]));
-    assert!(check(&mesh, &plane(), &claim(2.0)).holds());
+    assert!(measured(&mesh, &plane(), &claim(2.0)).holds());
 }
 
 #[test]
 fn a_missing_triangle_leaves_samples_uncovered() {
     let mut mesh = fan();
     mesh.triangles.pop();
-    let report = check(&mesh, &plane(), &claim(1.0));
+    let report = measured(&mesh, &plane(), &claim(1.0));
     // Column 0 has 7 samples inside, columns 1, 2 and 3 have 5, 3 and 1 off the diagonals, which other triangles share.
     assert_eq!(
         report.violations[0].what,
@@ -79,7 +83,7 @@ fn a_missing_triangle_leaves_samples_uncovered() {
 fn a_covered_void_is_found_and_its_cells_are_no_surface() {
     let mut grid = plane();
     grid.heights[2 * 9 + 4] = f32::NAN;
-    let report = check(&fan(), &grid, &claim(1.0));
+    let report = measured(&fan(), &grid, &claim(1.0));
     assert_eq!(report.violation_count, 1, "{report}");
     assert_eq!(report.violations[0].what, "1 voids that a triangle covers, the first");
 }
@@ -89,7 +93,7 @@ fn a_triangle_turned_over_is_no_surface() {
     let mut mesh = fan();
     mesh.triangles[2].swap(0, 1);
     assert!(
-        check(&mesh, &plane(), &claim(1.0)).violations[0]
+        measured(&mesh, &plane(), &claim(1.0)).violations[0]
             .what
             .starts_with("is no surface")
     );
@@ -115,7 +119,7 @@ fn ply_and_obj_say_what_they_claim() {
     for (name, text) in [("mesh.ply", ply), ("mesh.obj", obj)] {
         let path = folder.path().join(name);
         fs::write(&path, text).unwrap();
-        let report = super::mesh(&path, &plane(), None).unwrap();
+        let report = super::mesh(&path, (&plane()).into(), None, MEMORY).unwrap();
         assert!(report.holds(), "{name}: {report}");
         assert_eq!(
             (report.claimed, report.vertices, report.triangles),
@@ -141,9 +145,13 @@ fn files_that_are_no_meshes_or_claim_nothing_are_errors_of_one_line() {
     for (name, text, expected) in cases {
         let path = folder.path().join(name);
         fs::write(&path, text).unwrap();
-        let error = super::mesh(&path, &plane(), Some(claim(1.0))).unwrap_err().to_string();
+        let error = super::mesh(&path, (&plane()).into(), Some(claim(1.0)), MEMORY)
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(expected) && !error.contains('\n'), "{name}: {error}");
-        let error = super::mesh(&path, &plane(), None).unwrap_err().to_string();
+        let error = super::mesh(&path, (&plane()).into(), None, MEMORY)
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("claims no error"), "{name}: {error}");
     }
 }

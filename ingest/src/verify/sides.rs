@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
+use anyhow::Result;
 use glam::{DVec2, DVec3};
-use terrain_core::Mesh;
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::tile::Tile;
 
-use super::reference::Reference;
+use super::drawing::{Drawing, boundary_edges, coarse_sided, draw, finest};
 use super::report::Violation;
-use super::surface::boundary_edges;
-use super::window::turn;
+use super::source::Source;
+use super::square::turn;
 
 /// A vertex by its place on the lattice of the whole Earth and the bits of its height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -29,11 +29,24 @@ pub(super) type NodeEdge = [Node; 2];
 pub(super) type SideEdges = BTreeSet<NodeEdge>;
 
 /// A tile's sides in the order of [`Side::ALL`].
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sides {
+    pub(super) address: TileAddress,
     pub(super) extent_bits: u8,
     pub(super) coarse: [SideEdges; 4],
     pub(super) fine: [SideEdges; 4],
+}
+
+impl Sides {
+    /// Of a sound tile.
+    pub(super) fn of(tile: &Tile) -> Self {
+        Self {
+            address: tile.address,
+            extent_bits: tile.extent_bits,
+            coarse: side_edges(tile, &draw(tile, coarse_sided(0))),
+            fine: side_edges(tile, &draw(tile, finest(tile))),
+        }
+    }
 }
 
 /// The node of a lattice position of a tile. The antimeridian has one place, 0.
@@ -60,11 +73,11 @@ pub(super) fn side_of(tile: &Tile, [a, b]: [DVec3; 2]) -> Option<Side> {
     along.into_iter().find(|(_, on_it)| *on_it).map(|(side, _)| side)
 }
 
-/// The edges of a tile's mesh along each side of its square.
-pub(super) fn side_edges(tile: &Tile, mesh: &Mesh) -> [SideEdges; 4] {
+/// The edges of a tile's surface along each side of its square.
+pub(super) fn side_edges(tile: &Tile, drawing: &Drawing) -> [SideEdges; 4] {
     let mut sides: [SideEdges; 4] = Default::default();
-    for edge in boundary_edges(&mesh.triangles) {
-        let ends = edge.map(|end| mesh.positions[end as usize]);
+    for edge in boundary_edges(&drawing.triangles) {
+        let ends = edge.map(|end| drawing.positions[end as usize]);
         if let Some(side) = side_of(tile, ends) {
             sides[side as usize].insert(ends.map(|position| node(tile, position)));
         }
@@ -85,13 +98,14 @@ pub(super) fn opposite(side: Side) -> Side {
 /// Whether the source has a surface on one side only of an edge that runs along a side of a tile: the edge is then
 /// an outline, and nothing has to meet it.
 pub(super) fn is_one_sided(
-    reference: &Reference,
+    source: &Source,
     address: TileAddress,
     extent_bits: u8,
     side: Side,
     edge: NodeEdge,
-) -> bool {
-    const BESIDE: f64 = 1e-9;
+) -> Result<bool> {
+    // Lattice units by which an outline may be moved onto a side, and one more.
+    const BESIDE: f64 = 5.0;
     let extent = 1_u64 << extent_bits;
     let unit = address.degrees() / extent as f64;
     let circle = (2_u64 << address.zoom) * extent;
@@ -106,16 +120,39 @@ pub(super) fn is_one_sided(
         Side::East => DVec2::X,
         Side::North => DVec2::Y,
     };
-    let place = DVec2::new(address.west() + turn(reference, address), address.south()) + middle;
-    let covers = |place: DVec2| {
-        let grid = reference.grid.georeference.grid(place);
-        reference.cell(grid.x.floor() as i64, grid.y.floor() as i64).is_some()
-    };
-    covers(place - outwards * BESIDE) && !covers(place + outwards * BESIDE)
+    let place = DVec2::new(address.west() + turn(source, address), address.south()) + middle;
+    let covers = |place: DVec2| source.has_cell(source.georeference.grid(place));
+    Ok(covers(place - outwards * BESIDE * unit)? && !covers(place + outwards * BESIDE * unit)?)
+}
+
+/// Compares two tiles of one zoom on their common side, the `side` of the first.
+pub(super) fn check_pair(source: &Source, first: &Sides, side: Side, second: &Sides) -> Result<Vec<Violation>> {
+    let other = opposite(side);
+    let pairs = [
+        ("coarse", &first.coarse[side as usize], &second.coarse[other as usize]),
+        ("fine", &first.fine[side as usize], &second.fine[other as usize]),
+    ];
+    let mut violations = Vec::new();
+    for (name, of_first, of_second) in pairs {
+        let mut count = 0;
+        for (is_first, edge) in unmatched(of_first, of_second) {
+            let (tile, side) = if is_first { (first, side) } else { (second, other) };
+            count += usize::from(!is_one_sided(source, tile.address, tile.extent_bits, side, edge)?);
+        }
+        if count > 0 {
+            let what = format!(
+                "{side:?} side, {name}: {count} edges are not shared with tile {}",
+                second.address
+            );
+            violations.push(Violation::of_tile(what, first.address));
+        }
+    }
+    Ok(violations)
 }
 
 /// What one tile shows on its sides must fit together and be its parent's.
-pub(super) fn check_own(address: TileAddress, sides: &Sides, parent: Option<&Sides>) -> Vec<Violation> {
+pub(super) fn check_own(sides: &Sides, parent: Option<&Sides>) -> Vec<Violation> {
+    let address = sides.address;
     let mut violations = Vec::new();
     for side in Side::ALL {
         let (coarse, fine) = (&sides.coarse[side as usize], &sides.fine[side as usize]);
@@ -141,7 +178,7 @@ pub(super) fn check_own(address: TileAddress, sides: &Sides, parent: Option<&Sid
 }
 
 /// Edges of two tiles along their common side that the other lacks; `true` for those of the first.
-pub(super) fn unmatched(of_first: &SideEdges, of_second: &SideEdges) -> Vec<(bool, NodeEdge)> {
+fn unmatched(of_first: &SideEdges, of_second: &SideEdges) -> Vec<(bool, NodeEdge)> {
     let lacking = |edges: &SideEdges, others: &SideEdges| -> Vec<NodeEdge> {
         edges
             .iter()

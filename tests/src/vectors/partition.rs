@@ -5,8 +5,7 @@ use anyhow::Result;
 use glam::DVec3;
 use serde_json::{Value, json};
 use terrain_core::levels::level_view::LevelView;
-use terrain_core::levels::partition::Batch;
-use terrain_core::levels::replay::{Demand, Replay};
+use terrain_core::levels::replay::{Batch, Demand, Replay};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 
 use super::input;

@@ -13,7 +13,7 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use super::ClosedSurface;
-use super::batch::Collapsing;
+use super::collapsing::Collapsing;
 use super::forest::Candidate;
 
 /// Chooses collapses that make one forest, until there are none left that fit: where the surface allows it, nearly as many

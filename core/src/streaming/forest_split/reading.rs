@@ -2,9 +2,20 @@
 
 use std::collections::HashMap;
 
-use super::batch::{Coarsening, Collapsing};
+use super::collapsing::Collapsing;
 use super::gap::{Branches, GapCorner, find_fill, gaps, polygon};
 use super::{ClosedSurface, ForestSplit, OUTSIDE, number_copies};
+
+/// A coarser surface and the way back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coarsening {
+    /// What the collapses leave; vertices and triangles in the order of the fine surface.
+    pub surface: ClosedSurface,
+    /// Refines it again.
+    pub split: ForestSplit,
+    /// For each vertex of the refined surface the vertex of the fine one that it is.
+    pub refined_to_fine: Vec<u32>,
+}
 
 /// The split of what `collapsing` has left; None where the removed triangles do not fill the gaps.
 pub(super) fn read_split(collapsing: &Collapsing) -> Option<Coarsening> {

@@ -1,0 +1,413 @@
+//! The jobs that tiles are made by: each a pure function of named inputs.
+//!
+//! ```text
+//! curve(side)               ← samples along it, or the curves of its halves
+//! leaf(square)              ← the window of samples under it, the curves of its sides
+//! parent(square)            ← its children's coarsest meshes, the samples under it, the curves of its sides
+//! ```
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use glam::DVec2;
+use moka::sync::Cache;
+use terrain_core::height_field::chunks::Chunks;
+use terrain_core::height_field::plan::PlanMap;
+use terrain_core::height_field::reference::Reference;
+use terrain_core::height_field::simplify::{Allowance, Simplifier};
+use terrain_core::{Mesh, mesh};
+use terrain_tiles::address::Side;
+use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
+
+use super::plan::Plan;
+use crate::border::{BorderCurve, BorderSource};
+use crate::certify::Certifier;
+use crate::chunks::ChunkedRaster;
+use crate::coarse::CoarseWindow;
+use crate::georeference::GeoReference;
+use crate::height_grid::HeightGrid;
+use crate::lattice::{Edge, Lattice, Square};
+use crate::leaf;
+use crate::node::{Build, Finest, MODEL_SHARE, Node, kinds};
+use crate::samples::{Samples, Window};
+use crate::stored_raster::StoredRaster;
+
+/// Share of a zoom's error within which its sides are simplified; the parent's within 0.8 of it.
+const SIDE_SHARE: f64 = 0.4;
+/// Shares of the tolerance to try for a leaf until its certificate is what was asked for.
+const LEAF_SHARES: [f64; 4] = [MODEL_SHARE, 0.93, 0.8, 0.6];
+/// Stretches of a square's side between places whose columns and rows are asked for.
+const STRETCHES: usize = 32;
+/// Cells by which a window reaches beyond its square: what a cell at its side needs, and rounding.
+const MARGIN: f64 = 4.0;
+/// Curves that are kept at hand.
+const CURVES: u64 = 1 << 14;
+
+/// What jobs need to know, and the samples that they read.
+pub(crate) struct Jobs<'a> {
+    pub(crate) plan: Plan,
+    pub(crate) raster: &'a ChunkedRaster,
+    pub(crate) georeference: &'a GeoReference,
+    certifier: Certifier<'a>,
+    curves: Cache<Edge, Arc<BorderCurve>>,
+}
+
+/// A child's part of its parent.
+pub(crate) struct Child {
+    pub(crate) square: Square,
+    pub(crate) coarsest: Mesh,
+    pub(crate) outline_strayed: f64,
+    pub(crate) coarsest_measured: f64,
+}
+
+/// A square's plan coordinates over a grid, and the rectangle in which they are needed.
+struct PlanOfTile<'a> {
+    lattice: Lattice,
+    georeference: &'a GeoReference,
+    origin: DVec2,
+    low: DVec2,
+    high: DVec2,
+}
+
+impl<'a> PlanOfTile<'a> {
+    /// The part of a square over a grid; none where they do not meet.
+    fn over(lattice: Lattice, square: Square, georeference: &'a GeoReference) -> Option<Self> {
+        Self::within(lattice, square, georeference, georeference.geographic_bounds())
+    }
+
+    fn within(
+        lattice: Lattice,
+        square: Square,
+        georeference: &'a GeoReference,
+        [west, south, east, north]: [f64; 4],
+    ) -> Option<Self> {
+        let origin = lattice.origin(square);
+        let extent = DVec2::splat(lattice.extent(square.zoom) as f64);
+        let low = (lattice.global(DVec2::new(west, south)) - origin).max(DVec2::ZERO);
+        let high = (lattice.global(DVec2::new(east, north)) - origin).min(extent);
+        (low.x < high.x && low.y < high.y).then_some(Self {
+            lattice,
+            georeference,
+            origin,
+            low,
+            high,
+        })
+    }
+
+    fn grid(&self, plan: DVec2) -> DVec2 {
+        self.georeference.grid(self.lattice.geographic(plan + self.origin))
+    }
+
+    fn plan(&self, grid: DVec2) -> DVec2 {
+        self.lattice.global(self.georeference.geographic(grid)) - self.origin
+    }
+
+    /// Metres of a column and of a row, in the middle.
+    fn ground(&self) -> DVec2 {
+        self.georeference.cell_metres(self.grid((self.low + self.high) / 2.0))
+    }
+}
+
+impl<'a> Jobs<'a> {
+    pub(crate) fn new(plan: Plan, raster: &'a StoredRaster) -> Self {
+        let StoredRaster {
+            chunks: raster,
+            georeference,
+            ..
+        } = raster;
+        Self {
+            certifier: Certifier::new(georeference, raster, plan.bound),
+            plan,
+            raster,
+            georeference,
+            curves: Cache::new(CURVES),
+        }
+    }
+
+    /// Columns and rows of the samples that a square may touch; none where it is beside the raster.
+    pub(crate) fn cells(&self, square: Square) -> Option<[Range<usize>; 2]> {
+        let lattice = self.plan.lattice;
+        let low = lattice.geographic(lattice.origin(square));
+        let high = lattice.geographic(lattice.origin(square) + lattice.extent(square.zoom) as f64);
+        self.cells_between(low, high)
+    }
+
+    /// Columns and rows of the samples in a rectangle of longitudes and latitudes.
+    fn cells_between(&self, low: DVec2, high: DVec2) -> Option<[Range<usize>; 2]> {
+        let [west, south, east, north] = self.plan.bounds;
+        let (low, high) = (low.max(DVec2::new(west, south)), high.min(DVec2::new(east, north)));
+        if !low.cmple(high).all() {
+            return None;
+        }
+        let at = |across: usize, up: usize| {
+            let share = DVec2::new(across as f64, up as f64) / STRETCHES as f64;
+            self.georeference.grid(low + (high - low) * share)
+        };
+        let sides =
+            (0..=STRETCHES).flat_map(|step| [at(step, 0), at(step, STRETCHES), at(0, step), at(STRETCHES, step)]);
+        let (first, last) = sides.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(first, last), place| {
+            (first.min(place), last.max(place))
+        });
+        // Between the places a side may bulge by a small part of what it spans.
+        let margin = MARGIN + (last - first).max_element() / (STRETCHES * STRETCHES) as f64;
+        let range = |first: f64, last: f64, size: usize| {
+            let start = (first - margin).floor().max(0.0) as usize;
+            start..((last + margin).ceil().max(0.0) as usize + 1).min(size)
+        };
+        let [columns, rows] = Samples::size(self.raster);
+        let cells = [range(first.x, last.x, columns), range(first.y, last.y, rows)];
+        cells.iter().all(|range| !range.is_empty()).then_some(cells)
+    }
+
+    /// The curve of a side, from the samples along it or from its halves.
+    ///
+    /// # Errors
+    /// When samples cannot be read.
+    pub(crate) fn curve(&self, edge: Edge) -> Result<Arc<BorderCurve>> {
+        if let Some(curve) = self.curves.get(&edge) {
+            return Ok(curve);
+        }
+        let tolerance = SIDE_SHARE * self.plan.error_at(edge.zoom);
+        let Some([columns, rows]) = self.cells_along(edge) else {
+            return Ok(Arc::default());
+        };
+        let curve = if edge.zoom == self.plan.lattice.leaf_zoom {
+            let window = self.grid_of(self.raster.window(columns, rows)?);
+            BorderCurve::of_leaf(&self.border_source(&window), edge, tolerance)
+        } else {
+            let [first, second] = edge.halves();
+            let halves = [self.curve(first)?, self.curve(second)?];
+            BorderCurve::of_halves(self.plan.lattice, edge, [&halves[0], &halves[1]], tolerance)
+        };
+        let curve = Arc::new(curve);
+        self.curves.insert(edge, Arc::clone(&curve));
+        Ok(curve)
+    }
+
+    fn curves_around(&self, square: Square) -> Result<[Arc<BorderCurve>; 4]> {
+        let [west, south, east, north] = Side::ALL.map(|side| self.curve(square.edge(side)));
+        Ok([west?, south?, east?, north?])
+    }
+
+    fn border_source<'b>(&self, window: &'b HeightGrid) -> BorderSource<'b> {
+        BorderSource {
+            lattice: self.plan.lattice,
+            georeference: &window.georeference,
+            heights: window.whole(),
+        }
+    }
+
+    /// Columns and rows of the samples along a side; none where nothing has a height.
+    fn cells_along(&self, edge: Edge) -> Option<[Range<usize>; 2]> {
+        let lattice = self.plan.lattice;
+        let extent = lattice.extent(edge.zoom) as f64;
+        let (line, along) = (edge.line as f64, edge.along as f64);
+        let (low, high) = if edge.is_meridian {
+            (DVec2::new(line, along), DVec2::new(line, along + 1.0))
+        } else {
+            (DVec2::new(along, line), DVec2::new(along + 1.0, line))
+        };
+        // Cells just beside the side count, even where the raster begins at it.
+        let beside = DVec2::splat(1.0);
+        let [low, high] = [low * extent - beside, high * extent + beside].map(|place| lattice.geographic(place));
+        let level = (lattice.leaf_zoom - edge.zoom).min(self.raster.top());
+        self.cells_between(low, high)
+            .filter(|[columns, rows]| !self.raster.chunks_over(level, columns, rows).is_empty())
+    }
+
+    fn grid_of(&self, window: Window) -> HeightGrid {
+        let Window {
+            first,
+            columns,
+            rows,
+            heights,
+        } = window;
+        HeightGrid {
+            columns,
+            rows,
+            heights,
+            georeference: self.georeference.window(first.map(|first| first as i64), columns, rows),
+        }
+    }
+
+    /// The samples under a square, cut to those that are not void; none where all are.
+    fn window(&self, cells: [Range<usize>; 2]) -> Result<Option<HeightGrid>> {
+        let [columns, rows] = cells;
+        let window = self.raster.window(columns, rows)?.without_void_edges();
+        Ok(window.map(|window| self.grid_of(window)))
+    }
+
+    fn build(&self) -> Build<'_> {
+        Build {
+            georeference: self.georeference,
+            lattice: self.plan.lattice,
+            quality: self.plan.quality,
+            certifier: &self.certifier,
+        }
+    }
+
+    /// The leaf of a square, if the raster has a surface there.
+    ///
+    /// # Errors
+    /// When samples cannot be read.
+    pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Node>> {
+        let Some(grid) = self.window(cells)? else {
+            return Ok(None);
+        };
+        let Some(plan) = PlanOfTile::over(self.plan.lattice, square, &grid.georeference) else {
+            return Ok(None);
+        };
+        let curvature: Vec<DVec2> = (0..grid.rows)
+            .map(|row| curvature(&grid.georeference, grid.columns, row))
+            .collect();
+        let reference = Reference {
+            heights: grid.whole(),
+            plan: PlanMap::fit(plan.low, plan.high, |at| plan.grid(at), |at| plan.plan(at)),
+            curvature: &curvature,
+            ground: plan.ground(),
+            bound: self.plan.bound,
+            finer: None,
+        };
+        let curves = self.curves_around(square)?;
+        self.leaf_over(
+            square,
+            &grid.georeference,
+            &reference,
+            curves.each_ref().map(|curve| curve.as_ref()),
+        )
+    }
+
+    fn leaf_over(
+        &self,
+        square: Square,
+        georeference: &GeoReference,
+        reference: &Reference,
+        sides: [&BorderCurve; 4],
+    ) -> Result<Option<Node>> {
+        let max_error = self.plan.max_error;
+        let mut best: Option<Node> = None;
+        for share in LEAF_SHARES {
+            let Some(finest) = self.leaf_mesh(georeference, square, reference, sides, share * max_error)? else {
+                return Ok(None);
+            };
+            let node = self.build().node(square, reference, finest, sides, max_error)?;
+            let keeps_the_error = self.plan.keeps_the_error(node.finest_error);
+            if best.as_ref().is_none_or(|best| node.finest_error < best.finest_error) {
+                best = Some(node);
+            }
+            if keeps_the_error {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    fn leaf_mesh(
+        &self,
+        georeference: &GeoReference,
+        square: Square,
+        reference: &Reference,
+        sides: [&BorderCurve; 4],
+        tolerance: f64,
+    ) -> Result<Option<Finest>> {
+        let lattice = self.plan.lattice;
+        let (surface, moved) = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
+        let surface = surface.in_memory_order();
+        let (mesh, _) = surface.mesh();
+        if mesh.triangles.is_empty() {
+            return Ok(None);
+        }
+        let rounding = (1.0 + moved) * lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
+        let kinds = kinds(&mesh, lattice.extent(square.zoom));
+        let mut simplifier = Simplifier::new(surface, kinds, self.build().shape(), self.plan.quality);
+        simplifier.thin(Allowance {
+            vertical: tolerance,
+            outline: (self.plan.max_error - rounding).max(0.0),
+        });
+        let outline_strayed = rounding + simplifier.outline_strayed();
+        let mesh = simplifier.into_surface().in_memory_order().mesh().0;
+        Ok(Some(Finest {
+            mesh,
+            outline_strayed,
+            error: None,
+        }))
+    }
+
+    /// The tile above its children.
+    ///
+    /// # Errors
+    /// When samples cannot be read, or the children do not meet.
+    pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Node> {
+        let georeference = self.georeference;
+        let outside = || format!("tile {} is outside the raster", square.address());
+        let [columns, rows] = &cells;
+        let first = [columns.start as i64, rows.start as i64];
+        let bounds = georeference
+            .window(first, columns.len(), rows.len())
+            .geographic_bounds();
+        let plan = PlanOfTile::within(self.plan.lattice, square, georeference, bounds).with_context(outside)?;
+        let middle = (columns.start + columns.end) / 2;
+        let window = CoarseWindow::new(self.raster, self.plan.height(square), cells.clone(), |row| {
+            curvature(georeference, 2 * middle, row)
+        });
+        let reference = window.reference(
+            [plan.low, plan.high],
+            |at| plan.grid(at),
+            |at| plan.plan(at),
+            plan.ground(),
+            self.plan.bound,
+        );
+        let largest = |value: fn(&Child) -> f64| children.iter().map(value).fold(0.0, f64::max);
+        let finest = Finest {
+            mesh: self.welded(children)?,
+            outline_strayed: largest(|child| child.outline_strayed),
+            error: Some(largest(|child| child.coarsest_measured)),
+        };
+        let curves = self.curves_around(square)?;
+        let sides = curves.each_ref().map(|curve| curve.as_ref());
+        self.build()
+            .node(square, &reference, finest, sides, self.plan.error_at(square.zoom))
+    }
+
+    /// The coarsest meshes of a family as one, in the parent's coordinates.
+    fn welded(&self, family: &[Child]) -> Result<Mesh> {
+        let mut mesh = Mesh::default();
+        let mut numbers: HashMap<[i64; 2], u32> = HashMap::new();
+        for child in family {
+            let extent = self.plan.lattice.extent(child.square.zoom);
+            let mut number = Vec::with_capacity(child.coarsest.positions.len());
+            for &position in &child.coarsest.positions {
+                let at = self.plan.lattice.in_parent(child.square, position);
+                let own = mesh.positions.len() as u32;
+                let is_shared = leaf::is_on_side(position, extent);
+                let found = if is_shared {
+                    *numbers.entry([at.x as i64, at.y as i64]).or_insert(own)
+                } else {
+                    own
+                };
+                if found == own {
+                    mesh.positions.push(at);
+                } else if mesh.positions[found as usize] != at {
+                    bail!(
+                        "tile {}: its side does not meet its neighbour's",
+                        child.square.address()
+                    );
+                }
+                number.push(found);
+            }
+            let triangles = child.coarsest.triangles.iter();
+            mesh.triangles
+                .extend(triangles.map(|corners| corners.map(|corner| number[corner as usize])));
+        }
+        mesh::separate_fans(&mut mesh, |_| false);
+        Ok(mesh)
+    }
+}
+
+/// Squared metres of a step over twice the Earth's radius, in the middle of a row.
+fn curvature(georeference: &GeoReference, columns: usize, row: usize) -> DVec2 {
+    let cell = georeference.cell_metres(DVec2::new((columns - 1) as f64 / 2.0, row as f64));
+    cell * cell / (2.0 * MEAN_RADIUS)
+}

@@ -1,0 +1,123 @@
+//! What is decided before the first tile is made, and the names that follow from it.
+
+use glam::DVec2;
+use terrain_core::height_field::reference::Bound;
+use terrain_core::height_field::simplify::Quality;
+
+use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
+
+use super::Options;
+use crate::georeference::GeoReference;
+use crate::lattice::{Demand, Lattice, Square};
+use crate::store::Name;
+use crate::tin::bound_name;
+
+/// Counts up whenever the same inputs would give other tiles than before: what was made then is not taken for what is made now.
+const ALGORITHM: u32 = 1;
+/// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
+const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
+/// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
+const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
+
+/// What the lattice must be fine enough for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Relief {
+    /// Greatest difference between two neighbouring samples of a row or a column, metres.
+    pub(crate) steepest_step: f64,
+    /// Greatest height above or depth below 0, metres.
+    pub(crate) farthest_height: f64,
+}
+
+/// What holds for all tiles of a build.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub(crate) lattice: Lattice,
+    /// Largest error of the leaves, metres.
+    pub(crate) max_error: f64,
+    pub(crate) bound: Bound,
+    pub(crate) quality: Quality,
+    /// West, south, east, north of the samples, degrees.
+    pub(crate) bounds: [f64; 4],
+    /// Of all of this: other parameters make other tiles.
+    pub(crate) name: Name,
+}
+
+impl Plan {
+    pub(crate) fn new(georeference: &GeoReference, size: [usize; 2], relief: Relief, options: &Options) -> Self {
+        let centre = DVec2::new(size[0] as f64 - 1.0, size[1] as f64 - 1.0) / 2.0;
+        let cell = georeference.cell_metres(centre).min_element();
+        let max_error = options.max_error.unwrap_or_else(|| default_error(cell));
+        let lattice = lattice(cell, max_error, relief);
+        let parameters = format!(
+            "{ALGORITHM} {lattice:?} {max_error:?} {} {:?} {}",
+            bound_name(options.bound),
+            options.quality,
+            georeference.fingerprint(),
+        );
+        Self {
+            lattice,
+            max_error,
+            bound: options.bound,
+            quality: options.quality,
+            bounds: georeference.geographic_bounds(),
+            name: Name::of([parameters.as_bytes()]),
+        }
+    }
+
+    /// The error of a zoom's finest surfaces, metres.
+    pub(crate) fn error_at(&self, zoom: u8) -> f64 {
+        self.max_error * f64::from(self.lattice.leaf_zoom - zoom).exp2()
+    }
+
+    /// Whether a leaf's error is what was asked for, but for the rounding of claims.
+    pub(crate) fn keeps_the_error(&self, error: f64) -> bool {
+        error <= self.max_error * (1.0 + 1e-6)
+    }
+
+    /// Zooms that a square is above the leaves.
+    pub(crate) fn height(&self, square: Square) -> u8 {
+        self.lattice.leaf_zoom - square.zoom
+    }
+
+    /// The squares of zoom 0 that the samples may lie in.
+    pub(crate) fn roots(&self) -> Vec<Square> {
+        let extent = self.lattice.extent(0) as f64;
+        let [west, _, east, _] = self.bounds;
+        let column = |longitude: f64| self.lattice.global(DVec2::new(longitude, 0.0)).x / extent;
+        let columns = column(west).floor() as i64..(column(east).ceil() as i64).max(column(west).floor() as i64 + 1);
+        columns.map(|x| Square { zoom: 0, x, y: 0 }).collect()
+    }
+}
+
+/// The error that suits cells of which the shorter side is so many metres long: an eighth of it, rounded to 1, 2 or 5 times a power of ten.
+#[must_use]
+pub(crate) fn default_error(cell: f64) -> f64 {
+    let wanted = cell * DEFAULT_ERROR_IN_CELLS;
+    let power = 10.0_f64.powi(wanted.log10().floor() as i32);
+    let nearest = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(|a, b| {
+        let off = |step: &f64| (step * power / wanted).ln().abs();
+        off(a).total_cmp(&off(b))
+    });
+    nearest.unwrap_or(1.0) * power
+}
+
+fn lattice(cell: f64, max_error: f64, relief: Relief) -> Lattice {
+    let degrees = cell / METRES_IN_A_DEGREE;
+    let zoom = (180.0 / (degrees * samples_across_a_leaf(cell, max_error)))
+        .log2()
+        .round()
+        .clamp(0.0, 24.0);
+    let demand = Demand {
+        cell: degrees,
+        max_error,
+        steepest_step: relief.steepest_step,
+        farthest_height: relief.farthest_height,
+    };
+    Lattice::new(zoom as u8, demand)
+}
+
+/// About as many as give a leaf the same number of triangles whatever the error.
+fn samples_across_a_leaf(cell: f64, max_error: f64) -> f64 {
+    let [least, most] = SAMPLES_ACROSS_A_LEAF;
+    (least * (max_error / (cell * DEFAULT_ERROR_IN_CELLS)).sqrt()).clamp(least, most)
+}

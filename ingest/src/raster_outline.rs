@@ -1,0 +1,151 @@
+//! Where the raster's surface ends, on the lattice: the one truth for sides and leaves, whichever tile asks.
+//!
+//! ```text
+//! step     ← edge of the grid between a cell with four samples and one without, the surface on its left
+//! its ends ← the samples' places, rounded to the lattice; one inside a strip goes on to the side of the tile
+//! crossing ← the lattice position next to where a step passes a line: of integers alone, so the same for all
+//! ```
+//! No outline has a vertex in a strip then, but on the side or on the inner line.
+
+use glam::DVec2;
+
+use crate::border::BorderSource;
+use crate::lattice::STRIP;
+
+/// Places along each axis of a rectangle that are looked up to find the cells under it.
+const PLACES: usize = 17;
+/// Cells around those.
+const CELLS_AROUND: f64 = 3.0;
+
+/// An edge of the grid at which the surface ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    /// Lattice positions; going from the first to the second, the surface is to the left.
+    pub(crate) ends: [[i64; 2]; 2],
+    /// Lattice units by which an end was moved from the sample's place, at most.
+    pub(crate) moved: f64,
+}
+
+impl BorderSource<'_> {
+    /// The steps in and around a rectangle of global lattice positions.
+    pub(crate) fn steps_around(&self, low: DVec2, high: DVec2) -> Vec<Step> {
+        let [low, high] = self.cells_under(low, high);
+        let turns_left = self.handedness() > 0.0;
+        let valid = |[column, row]: [i64; 2]| self.heights.cell_is_valid(column, row);
+        let mut steps = Vec::new();
+        for row in low[1]..=high[1] {
+            for column in low[0]..=high[0] {
+                let here = valid([column, row]);
+                if here != valid([column - 1, row]) {
+                    steps.push(self.step([column, row], [column, row + 1], here != turns_left));
+                }
+                if here != valid([column, row - 1]) {
+                    steps.push(self.step([column, row], [column + 1, row], here == turns_left));
+                }
+            }
+        }
+        steps
+    }
+
+    /// First and last column and row that steps of a rectangle may begin at.
+    fn cells_under(&self, low: DVec2, high: DVec2) -> [[i64; 2]; 2] {
+        let share = |index: usize| index as f64 / (PLACES - 1) as f64;
+        let place = |index: usize| low + (high - low) * DVec2::new(share(index % PLACES), share(index / PLACES));
+        let places = (0..PLACES * PLACES).map(|index| self.georeference.grid(self.lattice.geographic(place(index))));
+        let nowhere = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (low, high) = places.fold(nowhere, |(low, high), grid| (low.min(grid), high.max(grid)));
+        let limit = DVec2::new(self.heights.columns as f64, self.heights.rows as f64);
+        let low = (low - CELLS_AROUND).clamp(DVec2::ZERO, limit).floor();
+        let high = (high + CELLS_AROUND).clamp(DVec2::ZERO, limit).ceil();
+        [low, high].map(|corner| [corner.x as i64, corner.y as i64])
+    }
+
+    /// Positive where columns and rows turn as longitude and latitude do.
+    fn handedness(&self) -> f64 {
+        let middle = DVec2::new(self.heights.columns as f64 - 1.0, self.heights.rows as f64 - 1.0) / 2.0;
+        let [at, across, down] =
+            [DVec2::ZERO, DVec2::X, DVec2::Y].map(|step| self.georeference.geographic(middle + step * 0.5));
+        (across - at).perp_dot(down - at)
+    }
+
+    fn step(&self, from: [i64; 2], to: [i64; 2], forwards: bool) -> Step {
+        let [(from, a), (to, b)] = [from, to].map(|sample| self.node(sample));
+        Step {
+            ends: if forwards { [from, to] } else { [to, from] },
+            moved: a.max(b),
+        }
+    }
+
+    /// The lattice position of a sample of the outline, and how far it was moved.
+    fn node(&self, [column, row]: [i64; 2]) -> ([i64; 2], f64) {
+        let place = self
+            .lattice
+            .global(self.georeference.geographic(DVec2::new(column as f64, row as f64)));
+        let extent = self.lattice.extent(self.lattice.leaf_zoom);
+        let at = [place.x, place.y].map(|coordinate| out_of_strip(coordinate.round() as i64, extent));
+        (at, place.distance(DVec2::new(at[0] as f64, at[1] as f64)))
+    }
+
+    /// Height of the surface at a global lattice position; next to the surface, of the nearest cell, carried on.
+    pub(crate) fn height_at(&self, global: DVec2) -> f64 {
+        let grid = self.georeference.grid(self.lattice.geographic(global));
+        let cell = grid.floor();
+        let around =
+            (-1..=1).flat_map(|down| (-1..=1).map(move |across| DVec2::new(f64::from(across), f64::from(down))));
+        let valid = around
+            .map(|step| cell + step)
+            .filter(|cell| self.heights.cell_is_valid(cell.x as i64, cell.y as i64));
+        let off = |cell: &DVec2| grid.distance_squared(grid.clamp(*cell, *cell + 1.0));
+        match valid.min_by(|a, b| off(a).total_cmp(&off(b))) {
+            Some(cell) => self.bilinear(cell, grid - cell),
+            None => self.heights.height_near(grid).unwrap_or(0.0),
+        }
+    }
+
+    fn bilinear(&self, cell: DVec2, inside: DVec2) -> f64 {
+        let sample = |across: usize, down: usize| self.heights.sample(cell.x as usize + across, cell.y as usize + down);
+        let row = |down: usize| sample(0, down) + (sample(1, down) - sample(0, down)) * inside.x;
+        row(0) + (row(1) - row(0)) * inside.y
+    }
+}
+
+/// A coordinate in the strip along a side goes onto the side.
+fn out_of_strip(coordinate: i64, extent: i64) -> i64 {
+    let from_side = coordinate.rem_euclid(extent);
+    match from_side {
+        _ if from_side < STRIP => coordinate - from_side,
+        _ if extent - from_side < STRIP => coordinate + extent - from_side,
+        _ => coordinate,
+    }
+}
+
+/// Where the step between two lattice positions passes `line` of the axis numbered `axis`, rounded; if strictly between its
+/// ends.
+pub(crate) fn crossing([from, to]: [[i64; 2]; 2], axis: usize, line: i64) -> Option<i64> {
+    let along = 1 - axis;
+    let (before, after) = (i128::from(from[axis] - line), i128::from(to[axis] - line));
+    if before.signum() * after.signum() >= 0 {
+        return None;
+    }
+    let length = (after - before).abs();
+    let way = -before * i128::from(to[along] - from[along]) * (after - before).signum();
+    Some(from[along] + (2 * way + length).div_euclid(2 * length) as i64)
+}
+
+/// Whether a point beside the line `across = 0` is on the surface that `steps` bound, given in (across, along): to the
+/// positive or the negative side, next to the line at `along`. None where no step is across from it.
+pub(crate) fn is_bounded(steps: &[[[i64; 2]; 2]], along: f64, positive: bool) -> Option<bool> {
+    let hit = |&[from, to]: &[[i64; 2]; 2]| {
+        let passes = (from[1] as f64 <= along) != (to[1] as f64 <= along);
+        let share = (along - from[1] as f64) / (to[1] - from[1]) as f64;
+        let across = from[0] as f64 + (to[0] - from[0]) as f64 * share;
+        let is_on_the_line = from[0] == 0 && to[0] == 0;
+        (passes && !is_on_the_line && (across > 0.0) == positive).then_some((across.abs(), to[1] > from[1]))
+    };
+    let nearest = steps.iter().filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map(|(_, is_upwards)| is_upwards == positive)
+}
+
+#[cfg(test)]
+#[path = "raster_outline_tests.rs"]
+mod tests;
