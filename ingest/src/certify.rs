@@ -287,6 +287,11 @@ impl<'a> Measure<'a> {
     }
 }
 
+/// Whether a bound is more than the worst so far; what is no number may be.
+fn is_beyond(bound: f64, worst: f64) -> bool {
+    bound.is_nan() || bound > worst
+}
+
 fn ordered(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
@@ -333,8 +338,7 @@ impl Plane<'_> {
             }
             let between = per_squared_side * block.side * block.side;
             let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
-            // Not the other way round: what is not a number matters.
-            !(size + between <= worst.get())
+            is_beyond(size + between, worst.get())
         };
         let [a, b, c] = self.corners;
         let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).length()));

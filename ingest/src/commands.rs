@@ -17,10 +17,10 @@ use terrain_ingest::{
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
-use crate::Failure;
 use crate::cli::{
     Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs,
 };
+use crate::failure::Failure;
 use crate::work::Work;
 
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {

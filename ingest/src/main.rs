@@ -2,21 +2,14 @@
 
 mod cli;
 mod commands;
+mod failure;
 mod work;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
-/// Why the program ends without success.
-enum Failure {
-    /// A file or an option that cannot be used: exit code 2.
-    Input(anyhow::Error),
-    /// A claim that does not hold, already told on standard output: exit code 1.
-    Violation,
-    /// Anything else, like a full disk: exit code 1.
-    Other(anyhow::Error),
-}
+use failure::Failure;
 
 fn main() -> ExitCode {
     match commands::run(cli::Cli::parse()) {

@@ -23,12 +23,11 @@ use std::sync::Mutex;
 
 use anyhow::Result;
 use serde::Serialize;
-use terrain_core::height_field::reference::Bound;
-use terrain_core::height_field::simplify::Quality;
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
 
 use self::finished::TileRecord;
 use self::jobs::Jobs;
+pub use self::plan::Options;
 use self::plan::{Plan, Relief};
 use self::scheduler::Scheduler;
 use crate::progress::Progress;
@@ -40,30 +39,6 @@ use crate::tin::bound_name;
 
 /// How many of the slowest tiles a report names.
 const SLOWEST: usize = 5;
-
-/// What to build.
-#[derive(Clone, Copy, Debug)]
-pub struct Options {
-    /// Largest error of the leaves in metres; derived from the raster's cells where not given.
-    pub max_error: Option<f64>,
-    /// Where the error is to hold.
-    pub bound: Bound,
-    /// How much work goes into few triangles.
-    pub quality: Quality,
-    /// Bytes of memory to stay below, roughly.
-    pub memory: u64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            max_error: None,
-            bound: Bound::Surface,
-            quality: Quality::Default,
-            memory: 1 << 30,
-        }
-    }
-}
 
 /// What was built.
 #[derive(Clone, Debug, Serialize)]
@@ -193,7 +168,7 @@ pub fn build(
         return Err(BuildError::NoSurface(first.unwrap_or_default()));
     }
     records.sort_by_key(|record| record.square);
-    let metadata = metadata(raster, &jobs.plan, &records);
+    let metadata = metadata(raster, &stored, &jobs.plan, &records);
     let tile_bytes = finished::write_archive(store, &records, &metadata, output)?;
     Ok(Report {
         metadata,
@@ -221,14 +196,16 @@ fn slowest(mut records: Vec<TileRecord>) -> Vec<(String, f64)> {
     records.iter().take(SLOWEST).map(told).collect()
 }
 
-fn metadata(raster: &dyn Raster, plan: &Plan, records: &[TileRecord]) -> Metadata {
+fn metadata(raster: &dyn Raster, stored: &StoredRaster, plan: &Plan, records: &[TileRecord]) -> Metadata {
     let provenance = raster.provenance();
+    let [lowest, highest] = finished::heights(records);
+    let [lowest_sample, highest_sample] = stored.heights.map(f64::from);
     Metadata {
         format: FORMAT.into(),
         version: VERSION,
         scheme: "geographic-tms".into(),
         bounds: plan.bounds,
-        heights: finished::heights(records),
+        heights: [lowest.min(lowest_sample), highest.max(highest_sample)],
         min_zoom: 0,
         max_zoom: plan.lattice.leaf_zoom,
         bound: bound_name(plan.bound).into(),

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use terrain_ingest::pyramid::{BuildError, Report};
 use terrain_ingest::store::Store;
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// The work of one build.
 pub(crate) struct Work {

@@ -273,3 +273,66 @@ fn what_cannot_be_a_world_is_one_line_and_exit_code_2_and_leaves_nothing() {
         assert_eq!(names(path), before);
     }
 }
+
+/// Starts a build of the sample in `folder`.
+fn begin(folder: &Path) -> std::process::Child {
+    Command::new(env!("CARGO_BIN_EXE_terrain-ingest"))
+        .args([SAMPLE, "--max-error", "40", "-o", "out.pmtiles", "--quiet"])
+        .current_dir(folder)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+fn a_build_that_is_killed_again_and_again_goes_on_and_gives_the_same_bytes() {
+    let folder = TempDir::new().unwrap();
+    let arguments = [SAMPLE, "--max-error", "40", "-o", "whole.pmtiles", "--quiet"];
+    assert!(run(folder.path(), &arguments).status.success());
+    assert_eq!(names(folder.path()), ["whole.pmtiles"], "the work is gone");
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut kills = 0;
+    let finished = (0..200).any(|_| {
+        let mut build = begin(folder.path());
+        std::thread::sleep(std::time::Duration::from_millis(random.u64(5..400)));
+        build.kill().unwrap();
+        let status = build.wait().unwrap();
+        kills += usize::from(!status.success());
+        status.success()
+    });
+    assert!(finished && kills > 0, "{kills} kills");
+    assert_eq!(names(folder.path()), ["out.pmtiles", "whole.pmtiles"]);
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(read("out.pmtiles") == read("whole.pmtiles"));
+}
+
+#[test]
+fn a_second_build_at_the_same_work_is_refused_and_kept_work_is_taken_up() {
+    let folder = TempDir::new().unwrap();
+    let work = folder.path().join("work");
+    let arguments = [
+        SAMPLE,
+        "--max-error",
+        "40",
+        "-o",
+        "out.pmtiles",
+        "--work",
+        "work",
+        "--keep-work",
+        "--json",
+        "--quiet",
+    ];
+    assert!(run(folder.path(), &arguments).status.success());
+    let lock = fs::File::open(work.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let refused = run(folder.path(), &arguments);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("work: another build is at work here"));
+    lock.unlock().unwrap();
+    let count = |folder: &str| fs::read_dir(work.join(folder)).unwrap().count();
+    let before = ["samples", "relief", "tiles"].map(count);
+    let first = fs::read(folder.path().join("out.pmtiles")).unwrap();
+    assert!(run(folder.path(), &arguments).status.success());
+    assert_eq!(["samples", "relief", "tiles"].map(count), before);
+    assert!(fs::read(folder.path().join("out.pmtiles")).unwrap() == first);
+}

@@ -48,7 +48,7 @@ const HOMES: [(&str, &[&str]); 12] = [
 ];
 
 /// All that `core` may use from outside: arithmetic on arrays, what words its errors, and text to JSON values.
-const ARITHMETIC: [&str; 15] = [
+const ARITHMETIC: [&str; 18] = [
     "glam",
     "robust",
     "serde_json",
@@ -57,12 +57,15 @@ const ARITHMETIC: [&str; 15] = [
     "std::array",
     "std::cmp",
     "std::collections",
+    "std::cell::Cell",
     "std::f64",
     "std::fmt",
     "std::iter",
     "std::mem",
     "std::ops",
     "std::slice",
+    "std::sync::Arc",
+    "std::sync::OnceLock",
     "thiserror",
 ];
 
@@ -77,7 +80,8 @@ const WINGS: [(&str, &[&str]); 6] = [
 ];
 
 /// What verification may use of the rest of `ingest`: how a raster is read and where its samples are, and progress.
-const BESIDE_VERIFICATION: [&str; 3] = [
+const BESIDE_VERIFICATION: [&str; 4] = [
+    "ingest/src/georeference.rs",
     "ingest/src/height_grid.rs",
     "ingest/src/samples.rs",
     "ingest/src/progress.rs",
@@ -97,14 +101,13 @@ const BELOW_VERIFICATION: [&str; 9] = [
 ];
 
 /// Uses that are to go: without them there is no circle. One that is gone has to leave this list.
-const CIRCLES_TO_BREAK: [(&str, &str); 23] = [
+const CIRCLES_TO_BREAK: [(&str, &str); 22] = [
     ("core/src/height_field/collapse.rs", "core/src/height_field/simplify.rs"),
     ("core/src/height_field/filters.rs", "core/src/height_field/collapse.rs"),
     ("core/src/height_field/filters.rs", "core/src/height_field/simplify.rs"),
-    ("core/src/height_field/scan.rs", "core/src/height_field/reference.rs"),
+    ("core/src/height_field/reference.rs", "core/src/height_field/finer.rs"),
     ("tiles/src/progressive/star.rs", "tiles/src/progressive/surface.rs"),
     ("tiles/src/quantized_mesh/square.rs", "tiles/src/quantized_mesh.rs"),
-    ("ingest/src/commands.rs", "ingest/src/main.rs"),
     ("ingest/src/georeference/projection.rs", "ingest/src/georeference.rs"),
     ("ingest/src/georeference/table.rs", "ingest/src/georeference.rs"),
     ("ingest/src/model/clustered.rs", "ingest/src/model.rs"),

@@ -18,9 +18,8 @@ use glam::DVec2;
 use smallvec::SmallVec;
 
 use crate::height_field::chunks::Chunks;
-use crate::height_field::reference::ON_A_LINE;
 use crate::height_field::relief::{CHUNK, CORNERS, Chunk, NO_SURFACE};
-use crate::height_field::scan;
+use crate::height_field::scan::{self, ON_A_LINE};
 
 /// Level of the blocks whose samples are visited one by one: cutting them further costs as much.
 const SMALLEST: u8 = 2;

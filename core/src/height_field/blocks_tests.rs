@@ -11,7 +11,7 @@ const ROWS: usize = 150;
 fn samples() -> Vec<f32> {
     let sample = |index: usize| {
         let (column, row) = (index % COLUMNS, index / COLUMNS);
-        let is_void = (100..140).contains(&column) && (30..90).contains(&row) && index % 97 != 0;
+        let is_void = (100..140).contains(&column) && (30..90).contains(&row) && !index.is_multiple_of(97);
         let waves = 300.0 * (column as f32 * 0.13).sin() * (row as f32 * 0.09).cos();
         if is_void {
             f32::NAN

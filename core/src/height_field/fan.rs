@@ -11,8 +11,9 @@
 use glam::DVec2;
 
 use crate::height_field::interval::Interval;
-use crate::height_field::reference::{GridPoint, ON_A_LINE, Reference};
+use crate::height_field::reference::{GridPoint, Reference};
 use crate::height_field::samples::Sample;
+use crate::height_field::scan::ON_A_LINE;
 
 /// Triangles around a centre of unknown height, counter-clockwise in plan. Positions are offsets from the centre on the
 /// grid, mirrored where the grid is against the plan.

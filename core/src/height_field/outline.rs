@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use crate::height_field::reference::Reference;
+use crate::height_field::scan::ON_A_LINE;
 use crate::height_field::surface::Surface;
 
 /// The boundary loops of a mesh as they were, and which of their vertices are left.
@@ -134,6 +135,10 @@ fn distance_to_segment(reference: &Reference, point: DVec2, from: DVec2, to: DVe
     let (along, before) = ((to - from) * ground, (point - from) * ground);
     let share = (before.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     let nearest = from.lerp(to, share);
+    if nearest.distance_squared(point) < ON_A_LINE * ON_A_LINE {
+        // On the segment: what is left is rounding.
+        return 0.0;
+    }
     let longest = ground.max(reference.ground_at(nearest.y));
     ((nearest - point) * longest).length()
 }

@@ -15,10 +15,7 @@ use glam::DVec2;
 use crate::height_field::finer::Finer;
 use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
-use crate::height_field::scan;
-
-/// Cells within which a point is on a grid line: rounding must not hide the samples along an edge.
-pub(crate) const ON_A_LINE: f64 = 1e-7;
+use crate::height_field::scan::{self, ON_A_LINE};
 
 /// Mean radius of the Earth, metres: what curvatures are of.
 pub const EARTH_RADIUS: f64 = 6_371_000.0;

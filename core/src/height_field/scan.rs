@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use crate::height_field::reference::ON_A_LINE;
-
+/// Cells within which a point is on a grid line: rounding must not hide the samples along an edge.
+pub(crate) const ON_A_LINE: f64 = 1e-7;
 /// Rows over which an edge must run for its slope to be worth anything.
 const LEAST_RISE: f64 = 1e-6;
 /// Columns up to which it is quicker to test each sample than to find where a row enters and leaves a triangle.

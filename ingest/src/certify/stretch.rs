@@ -120,8 +120,8 @@ impl Stretch {
                 clip(from, to, low, high).map(within)
             };
             let may_matter = |block: &Block| {
-                // Not the other way round: what is not a number matters.
-                in_block(block).is_some_and(|[start, end]| !(self.bound_in(block, start, end) <= worst.get()))
+                in_block(block)
+                    .is_some_and(|[start, end]| super::is_beyond(self.bound_in(block, start, end), worst.get()))
             };
             relief.visit_blocks([from, to, to], beside, may_matter, |block| {
                 if let Some([start, end]) = in_block(block) {

@@ -236,6 +236,7 @@ impl<'a> Jobs<'a> {
     fn window(&self, cells: [Range<usize>; 2]) -> Result<Option<HeightGrid>> {
         let [columns, rows] = cells;
         let window = self.raster.window(columns, rows)?.without_void_edges();
+        let window = window.filter(|window| window.columns > 1 && window.rows > 1);
         Ok(window.map(|window| self.grid_of(window)))
     }
 

@@ -6,7 +6,6 @@ use terrain_core::height_field::simplify::Quality;
 
 use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
 
-use super::Options;
 use crate::georeference::GeoReference;
 use crate::lattice::{Demand, Lattice, Square};
 use crate::store::Name;
@@ -18,6 +17,30 @@ const ALGORITHM: u32 = 1;
 const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
 /// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
+
+/// What to build.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Largest error of the leaves in metres; derived from the raster's cells where not given.
+    pub max_error: Option<f64>,
+    /// Where the error is to hold.
+    pub bound: Bound,
+    /// How much work goes into few triangles.
+    pub quality: Quality,
+    /// Bytes of memory to stay below, roughly.
+    pub memory: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            max_error: None,
+            bound: Bound::Surface,
+            quality: Quality::Default,
+            memory: 1 << 30,
+        }
+    }
+}
 
 /// What the lattice must be fine enough for.
 #[derive(Clone, Copy, Debug)]

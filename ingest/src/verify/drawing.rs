@@ -110,7 +110,7 @@ pub(super) fn unsound(tile: &Tile) -> Option<String> {
     let ends = levels
         .iter()
         .map(|level| [level.vertex_end as usize, level.triangle_end as usize]);
-    let complete = ends.clone().last() == Some([count, partition.triangles.len()]);
+    let complete = ends.clone().next_back() == Some([count, partition.triangles.len()]);
     if !complete
         || !ends
             .clone()

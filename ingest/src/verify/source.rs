@@ -257,7 +257,7 @@ impl Patch {
     }
 
     /// A short step from a post into each whole cell that it is a corner of.
-    pub(super) fn into_cells(&self, column: usize, row: usize) -> impl Iterator<Item = DVec2> {
+    pub(super) fn towards_cells(&self, column: usize, row: usize) -> impl Iterator<Item = DVec2> {
         let cells = [(-1, -1), (0, -1), (-1, 0), (0, 0)];
         let whole = cells
             .into_iter()

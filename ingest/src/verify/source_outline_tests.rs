@@ -9,7 +9,7 @@ fn the_nearest_side_is_that_of_brute_force_over_all_of_them() {
     let (columns, rows) = (200, 150);
     // Two large holes, and voids here and there in one corner.
     let is_void = |x: usize, y: usize| {
-        (30..90).contains(&x) && (20..70).contains(&y) || x > 160 && y > 100 && (x * 7 + y * 5) % 13 == 0
+        (30..90).contains(&x) && (20..70).contains(&y) || x > 160 && y > 100 && (x * 7 + y * 5).is_multiple_of(13)
     };
     let grid = HeightGrid {
         columns,

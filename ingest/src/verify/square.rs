@@ -31,7 +31,7 @@ impl Square {
         let on_side = || place.cmpge(self.low).all() && place.cmple(self.high).all();
         let post = DVec2::new(column as f64, row as f64);
         let reaches_in = || {
-            let mut steps = patch.into_cells(column, row);
+            let mut steps = patch.towards_cells(column, row);
             steps.any(|step| self.holds(source.georeference.geographic(post + step)))
         };
         self.holds(place) || (on_side() && reaches_in())
