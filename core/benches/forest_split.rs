@@ -85,7 +85,7 @@ fn any_order(blue: u32, red: u32) -> f64 {
 }
 
 fn log_of_terrain() -> (Mesh, CollapseLog) {
-    Terrain::new(513).thinned(5.0, Bound::ClosedSurface, Quality::Default, |thinned| {
+    Terrain::new(513).thinned(5.0, Bound::Surface, Quality::Default, |thinned| {
         let mut simplifier = simplifier(thinned.into_surface(), Quality::Default);
         let (mesh, _) = simplifier.surface().mesh();
         for rung in 0..7 {

@@ -87,8 +87,7 @@ impl TileRecord {
     /// What the parent takes of the tile.
     pub(crate) fn coarsest(&self, store: &Store) -> Result<Child> {
         let bytes = self.tile(store)?;
-        let tile =
-            spt::decode(&bytes, &LevelLimits::default()).with_context(|| Self::key(self.square, self.name))?;
+        let tile = spt::decode(&bytes, &LevelLimits::default()).with_context(|| Self::key(self.square, self.name))?;
         Ok(Child {
             square: self.square,
             coarsest: tile.surface(tile.coarsest()),
