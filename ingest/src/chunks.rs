@@ -10,7 +10,7 @@
 //! Chunks are counted from a fixed place on the lattice of the first file, so that they stay the same when others are added.
 //! What has no height has no chunk: rasters far apart cost what each costs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -18,10 +18,9 @@ use anyhow::{Context, Result, bail, ensure};
 use moka::sync::Cache;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use terrain_core::height_field::chunks::Chunks;
+use terrain_core::height_field::chunks::{Chunks, top_over};
 use terrain_core::height_field::relief::{CHUNK, CORNERS, Chunk};
 
-use crate::progress::Progress;
 use crate::samples::{Raster, Samples, Window};
 use crate::store::{Name, Store};
 
@@ -29,8 +28,6 @@ use crate::store::{Name, Store};
 const FIRST: i64 = 1 << 31;
 /// Columns and rows of chunks that are read at once.
 const BAND: [usize; 2] = [256, 4];
-/// Blocks of the highest level along the longer side.
-const FEW_BLOCKS: usize = 8;
 /// Levels above which nothing is gained: one chunk then covers 2^24 cells.
 const MOST_LEVELS: u8 = 16;
 
@@ -120,7 +117,7 @@ impl Intake<'_> {
     pub(crate) fn bands(&self) -> Vec<Band> {
         let corner = self.corner();
         let tall = BAND[1].min(self.raster.block_rows().div_ceil(CHUNK));
-        let mut occupied: BTreeMap<usize, std::collections::BTreeSet<usize>> = BTreeMap::new();
+        let mut occupied: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
         for [columns, rows] in self.raster.extents() {
             let chunk_rows = (corner[1] + rows.start) / CHUNK..=(corner[1] + rows.end - 1) / CHUNK;
             for row in chunk_rows {
@@ -136,7 +133,7 @@ impl Intake<'_> {
             columns: within(columns, 0, width),
             rows: within(row * tall..(row + 1) * tall, 1, height),
         };
-        let runs_of = |(row, columns): (usize, std::collections::BTreeSet<usize>)| {
+        let runs_of = |(row, columns): (usize, BTreeSet<usize>)| {
             runs(columns).into_iter().map(move |run| (row, run)).collect::<Vec<_>>()
         };
         occupied
@@ -278,12 +275,12 @@ pub(crate) struct ChunkedRaster {
 
 impl ChunkedRaster {
     /// The raster whose samples were taken into the store. `memory` is how many bytes of chunks are kept at hand.
-    pub(crate) fn new(intake: &Intake, samples: &BTreeMap<ChunkId, Name>, memory: u64) -> Self {
+    pub(crate) fn new(intake: &Intake, samples: BTreeMap<ChunkId, Name>, memory: u64) -> Self {
         let cache = |bytes: u64| bytes.max(1 << 20);
         let size = intake.raster.size();
-        let top_level = top_level(size);
-        let align =
-            |corner: usize| corner >> (CHUNK.ilog2() + u32::from(top_level)) << (CHUNK.ilog2() + u32::from(top_level));
+        let top_level = top_over(size).clamp(1, MOST_LEVELS);
+        let of_top = CHUNK << top_level;
+        let align = |corner: usize| corner / of_top * of_top;
         let corner = intake.corner().map(align);
         let before = [0, 1].map(|axis| intake.corner()[axis] - corner[axis]);
         let mut raster = Self {
@@ -291,7 +288,7 @@ impl ChunkedRaster {
             size: [before[0] + size[0], before[1] + size[1]],
             corner,
             before,
-            names: samples.clone(),
+            names: samples,
             top_level,
             fault: OnceLock::new(),
             samples: Cache::builder()
@@ -311,7 +308,7 @@ impl ChunkedRaster {
     fn name_levels(&mut self) {
         let mut below: Vec<ChunkId> = self.names.keys().copied().collect();
         for _ in 1..=self.top_level {
-            let above: std::collections::BTreeSet<ChunkId> = below.iter().map(|id| id.above()).collect();
+            let above: BTreeSet<ChunkId> = below.iter().map(|id| id.above()).collect();
             for &id in &above {
                 let name = Name::of([self.parts_of_name(id).as_slice()]);
                 self.names.insert(id, name);
@@ -335,7 +332,7 @@ impl ChunkedRaster {
     }
 
     /// Makes the chunks above the samples that are not in the store yet.
-    pub(crate) fn make_relief(&self, progress: &Progress) -> Result<()> {
+    pub(crate) fn make_relief(&self) -> Result<()> {
         for level in 1..=self.top_level {
             let of_level = ChunkId { level, x: 0, y: 0 }..ChunkId {
                 level: level + 1,
@@ -343,10 +340,8 @@ impl ChunkedRaster {
                 y: 0,
             };
             let ids: Vec<(&ChunkId, &Name)> = self.names.range(of_level).collect();
-            ids.into_par_iter().try_for_each(|(&id, &name)| {
-                progress.advance((CHUNK * CHUNK) as u64);
-                self.make_chunk(id, name)
-            })?;
+            ids.into_par_iter()
+                .try_for_each(|(&id, &name)| self.make_chunk(id, name))?;
         }
         Ok(())
     }
@@ -494,13 +489,6 @@ impl ChunkedRaster {
             .filter_map(|id| self.names.get(&id).map(|&name| (id, name)))
             .collect()
     }
-}
-
-/// The level at which all samples are in a few blocks.
-fn top_level(size: [usize; 2]) -> u8 {
-    let cells = size[0].max(size[1]).saturating_sub(1).max(1);
-    let level = cells.div_ceil(FEW_BLOCKS).next_power_of_two().trailing_zeros() as u8;
-    level.clamp(1, MOST_LEVELS)
 }
 
 impl Chunks for ChunkedRaster {

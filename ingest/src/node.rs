@@ -12,6 +12,7 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::refine::Frame;
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
@@ -59,14 +60,21 @@ pub(crate) struct Finest {
 pub(crate) struct Node {
     pub(crate) square: Square,
     pub(crate) bytes: Vec<u8>,
+    pub(crate) claims: Claims,
+}
+
+/// What a tile claims, and what its parent takes over.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Claims {
     pub(crate) finest_error: f64,
     pub(crate) coarsest_error: f64,
-    /// What was measured of it, a little rounded up; no more than is claimed.
+    /// What was measured of the coarsest surface, which is the parent's finest, a little rounded up; no more than is claimed.
     pub(crate) coarsest_measured: f64,
     pub(crate) outline_error: f64,
     /// The part of it that the parent inherits: what collapses did, without the bulge of straight edges in space.
     pub(crate) outline_strayed: f64,
     pub(crate) triangles: usize,
+    /// Lowest and highest vertex, metres.
     pub(crate) heights: [f64; 2],
 }
 
@@ -132,16 +140,18 @@ impl Build<'_> {
         Ok(Node {
             square,
             bytes,
-            finest_error: f64::from(spt::rounded_up(levels[levels.len() - 1].error)),
-            coarsest_error: f64::from(spt::rounded_up(levels[0].error)),
-            coarsest_measured,
-            outline_error: f64::from(spt::rounded_up(tile.outline_errors[0])),
-            outline_strayed,
-            triangles: finest.triangles.len(),
-            heights: [
-                heights.clone().fold(f64::INFINITY, f64::min),
-                heights.fold(f64::NEG_INFINITY, f64::max),
-            ],
+            claims: Claims {
+                finest_error: f64::from(spt::rounded_up(levels[levels.len() - 1].error)),
+                coarsest_error: f64::from(spt::rounded_up(levels[0].error)),
+                coarsest_measured,
+                outline_error: f64::from(spt::rounded_up(tile.outline_errors[0])),
+                outline_strayed,
+                triangles: finest.triangles.len(),
+                heights: [
+                    heights.clone().fold(f64::INFINITY, f64::min),
+                    heights.fold(f64::NEG_INFINITY, f64::max),
+                ],
+            },
         })
     }
 

@@ -142,7 +142,7 @@ pub fn build(
         return Err(anyhow::anyhow!("the largest error must be more than 0 m").into());
     }
     let stored = StoredRaster::take(raster, store, options.memory, progress)?;
-    stored.chunks.make_relief(progress)?;
+    stored.chunks.make_relief()?;
     let [lowest, highest] = stored.heights;
     let relief = Relief {
         steepest_step: stored.chunks.steepest()?.into(),
@@ -191,8 +191,8 @@ fn beyond(plan: &Plan, records: &[TileRecord]) -> Option<Beyond> {
 }
 
 fn slowest(mut records: Vec<TileRecord>) -> Vec<(String, f64)> {
-    records.sort_by(|a, b| b.claims.seconds.total_cmp(&a.claims.seconds));
-    let told = |record: &TileRecord| (record.square.address().to_string(), record.claims.seconds);
+    records.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    let told = |record: &TileRecord| (record.square.address().to_string(), record.seconds);
     records.iter().take(SLOWEST).map(told).collect()
 }
 

@@ -166,19 +166,10 @@ impl Rasters {
         for (file, [across, down]) in self.extents().into_iter().enumerate() {
             let columns = intersection(columns, &across);
             let rows = intersection(rows, &down);
-            let [width, height] = part_size(self.files[file].block(), [columns.len(), rows.len()]);
-            let cut = |range: &Range<usize>, first: usize, step: usize| -> Vec<Range<usize>> {
-                let begin = |index: usize| first + (index - first) / step * step;
-                let starts = (if range.is_empty() {
-                    range.end
-                } else {
-                    begin(range.start)
-                }..range.end)
-                    .step_by(step);
-                starts
-                    .map(|start| start.max(range.start)..(start + step).min(range.end))
-                    .collect()
-            };
+            if columns.is_empty() || rows.is_empty() {
+                continue;
+            }
+            let [width, height] = part_size(self.files[file].block(), columns.len());
             for rows in cut(&rows, down.start, height) {
                 for columns in cut(&columns, across.start, width) {
                     let rows = rows.clone();
@@ -305,9 +296,18 @@ fn intersection(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     start..a.end.min(b.end).max(start)
 }
 
+/// A range cut where steps counted from `first` begin.
+fn cut(range: &Range<usize>, first: usize, step: usize) -> impl Iterator<Item = Range<usize>> + use<> {
+    let Range { start, end } = *range;
+    let begin = first + (start - first) / step * step;
+    (begin..end)
+        .step_by(step)
+        .map(move |from| from.max(start)..(from + step).min(end))
+}
+
 /// The largest run of whole blocks that stays within [`SAMPLES_AT_ONCE`], in whole rows of blocks where these fit.
-fn part_size(block: [usize; 2], size: [usize; 2]) -> [usize; 2] {
-    let blocks_across = (SAMPLES_AT_ONCE / (block[0] * block[1])).clamp(1, size[0].div_ceil(block[0]).max(1));
+fn part_size(block: [usize; 2], columns: usize) -> [usize; 2] {
+    let blocks_across = (SAMPLES_AT_ONCE / (block[0] * block[1])).clamp(1, columns.div_ceil(block[0]));
     let width = blocks_across * block[0];
     let blocks_down = (SAMPLES_AT_ONCE / (width * block[1])).max(1);
     [width, blocks_down * block[1]]

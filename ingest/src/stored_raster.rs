@@ -49,7 +49,7 @@ impl StoredRaster {
         let taken = intake.take(&bands)?;
         progress.done();
         raster.remark(taken.heights[0], &taken.wild)?;
-        let chunks = ChunkedRaster::new(&intake, &taken.names, (memory / SHARE).min(MOST));
+        let chunks = ChunkedRaster::new(&intake, taken.names, (memory / SHARE).min(MOST));
         let [columns, rows] = Samples::size(&chunks);
         let before = chunks.before().map(|before| -(before as i64));
         Ok(Self {

@@ -18,10 +18,15 @@ pub trait Chunks: Sync {
 
     /// The highest level: all samples are in a few of its blocks.
     fn top(&self) -> u8 {
-        let [columns, rows] = self.size();
-        let cells = columns.max(rows).saturating_sub(1).max(1);
-        cells.div_ceil(FEW_BLOCKS).next_power_of_two().trailing_zeros() as u8
+        top_over(self.size())
     }
+}
+
+/// The level at which so many columns and rows of samples are in a few blocks.
+#[must_use]
+pub fn top_over([columns, rows]: [usize; 2]) -> u8 {
+    let cells = columns.max(rows).saturating_sub(1).max(1);
+    cells.div_ceil(FEW_BLOCKS).next_power_of_two().trailing_zeros() as u8
 }
 
 /// All chunks of a window of samples, made at once.

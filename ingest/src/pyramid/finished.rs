@@ -12,7 +12,7 @@ use terrain_tiles::metadata::{Metadata, Zoom};
 
 use super::jobs::Child;
 use crate::lattice::Square;
-use crate::node::Node;
+use crate::node::{Claims, Node};
 use crate::store::{Name, Store};
 
 /// What a finished tile claims, without its bytes.
@@ -21,21 +21,16 @@ pub(crate) struct TileRecord {
     pub(crate) square: Square,
     pub(crate) name: Name,
     pub(crate) claims: Claims,
+    /// What it took to make it.
+    pub(crate) seconds: f64,
 }
 
 /// What stands in the store before a tile's bytes.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Claims {
-    pub(crate) finest_error: f64,
-    pub(crate) coarsest_error: f64,
-    /// What was measured of the coarsest surface, which is the parent's finest: no more than is claimed.
-    pub(crate) coarsest_measured: f64,
-    pub(crate) outline_error: f64,
-    pub(crate) outline_strayed: f64,
-    pub(crate) triangles: usize,
-    pub(crate) heights: [f64; 2],
-    /// What it took to make it.
-    pub(crate) seconds: f64,
+#[derive(Serialize, Deserialize)]
+struct Head {
+    #[serde(flatten)]
+    claims: Claims,
+    seconds: f64,
 }
 
 impl TileRecord {
@@ -48,31 +43,29 @@ impl TileRecord {
         let Some(bytes) = store.get(&Self::key(square, name))? else {
             return Ok(None);
         };
-        let (claims, _) = parted(&bytes).with_context(|| Self::key(square, name))?;
-        Ok(Some(Self { square, name, claims }))
+        let (Head { claims, seconds }, _) = parted(&bytes).with_context(|| Self::key(square, name))?;
+        Ok(Some(Self {
+            square,
+            name,
+            claims,
+            seconds,
+        }))
     }
 
     /// Puts a tile into the store.
     pub(crate) fn keep(store: &Store, name: Name, node: Node, seconds: f64) -> Result<Self> {
-        let claims = Claims {
-            finest_error: node.finest_error,
-            coarsest_error: node.coarsest_error,
-            coarsest_measured: node.coarsest_measured,
-            outline_error: node.outline_error,
-            outline_strayed: node.outline_strayed,
-            triangles: node.triangles,
-            heights: node.heights,
-            seconds,
-        };
-        let head = serde_json::to_vec(&claims)?;
-        let mut bytes = (head.len() as u32).to_le_bytes().to_vec();
-        bytes.extend(head);
-        bytes.extend(node.bytes);
-        store.put(&Self::key(node.square, name), bytes)?;
+        let Node { square, bytes, claims } = node;
+        let head = Head { claims, seconds };
+        let told = serde_json::to_vec(&head)?;
+        let mut stored = (told.len() as u32).to_le_bytes().to_vec();
+        stored.extend(told);
+        stored.extend(bytes);
+        store.put(&Self::key(square, name), stored)?;
         Ok(Self {
-            square: node.square,
+            square,
             name,
-            claims,
+            claims: head.claims,
+            seconds,
         })
     }
 
@@ -97,8 +90,8 @@ impl TileRecord {
     }
 }
 
-/// Claims and tile.
-fn parted(bytes: &[u8]) -> Result<(Claims, &[u8])> {
+/// Head and tile.
+fn parted(bytes: &[u8]) -> Result<(Head, &[u8])> {
     let (length, rest) = bytes.split_first_chunk().context("is cut short")?;
     let length = u32::from_le_bytes(*length) as usize;
     ensure!(length <= rest.len(), "is cut short");

@@ -294,8 +294,11 @@ impl<'a> Jobs<'a> {
                 return Ok(None);
             };
             let node = self.build().node(square, reference, finest, sides, max_error)?;
-            let keeps_the_error = self.plan.keeps_the_error(node.finest_error);
-            if best.as_ref().is_none_or(|best| node.finest_error < best.finest_error) {
+            let keeps_the_error = self.plan.keeps_the_error(node.claims.finest_error);
+            if best
+                .as_ref()
+                .is_none_or(|best| node.claims.finest_error < best.claims.finest_error)
+            {
                 best = Some(node);
             }
             if keeps_the_error {

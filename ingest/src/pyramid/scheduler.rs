@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use anyhow::Result;
 use rayon::prelude::*;
-
 use terrain_core::height_field::chunks::Chunks;
 
 use super::finished::TileRecord;
@@ -16,7 +15,7 @@ use crate::lattice::Square;
 use crate::progress::Progress;
 use crate::store::{Name, Store};
 
-/// Chunks across a window at the level whose names stand for the samples of a parent.
+/// Levels below a tile's own at which the names of chunks stand for the samples under it.
 const NAMED_LEVEL_BELOW: u8 = 1;
 
 /// Makes tiles that are missing.

@@ -13,7 +13,7 @@ use terrain_tiles::tile::Tile;
 
 use super::deviation::Worst;
 use super::drawing::{Drawing, boundary_edges};
-use super::sides::side_of;
+use super::sides::{MOVED_ONTO_A_SIDE, side_of};
 use super::source::{Block, Patch, Source};
 use super::source_outline::{NearOutline, distance};
 use super::space::{Earth, Space};
@@ -140,9 +140,8 @@ fn pieces(earth: &Earth, surface: &Surface, edge: [u32; 2]) -> Vec<Line<[f64; 3]
 /// What each side with a neighbour may leave to it: what straight edges along a parallel bulge, and the few lattice units by
 /// which an outline may be moved onto a side. `latitudes` gives those of the middles of the edges on a side.
 fn strips(tile: &Tile, neighbours: [bool; 4], latitudes: impl Fn(Side) -> Vec<f64>) -> Vec<Strip> {
-    const MOVED: f64 = 5.0;
     let address = tile.address;
-    let moved = MOVED * address.degrees() / (1_u64 << tile.extent_bits) as f64;
+    let moved = MOVED_ONTO_A_SIDE * address.degrees() / (1_u64 << tile.extent_bits) as f64;
     let (west, south) = (address.west(), address.south());
     let strip = |side: Side| {
         let (is_meridian, degrees) = match side {

@@ -12,6 +12,9 @@ use super::report::Violation;
 use super::source::Source;
 use super::square::turn;
 
+/// Lattice units by which an outline may be moved onto a side, and one more.
+pub(super) const MOVED_ONTO_A_SIDE: f64 = 5.0;
+
 /// A vertex by its place on the lattice of the whole Earth and the bits of its height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Node {
@@ -104,8 +107,6 @@ pub(super) fn is_one_sided(
     side: Side,
     edge: NodeEdge,
 ) -> Result<bool> {
-    // Lattice units by which an outline may be moved onto a side, and one more.
-    const BESIDE: f64 = 5.0;
     let extent = 1_u64 << extent_bits;
     let unit = address.degrees() / extent as f64;
     let circle = (2_u64 << address.zoom) * extent;
@@ -122,7 +123,7 @@ pub(super) fn is_one_sided(
     };
     let place = DVec2::new(address.west() + turn(source, address), address.south()) + middle;
     let covers = |place: DVec2| source.has_cell(source.georeference.grid(place));
-    Ok(covers(place - outwards * BESIDE * unit)? && !covers(place + outwards * BESIDE * unit)?)
+    Ok(covers(place - outwards * MOVED_ONTO_A_SIDE * unit)? && !covers(place + outwards * MOVED_ONTO_A_SIDE * unit)?)
 }
 
 /// Compares two tiles of one zoom on their common side, the `side` of the first.
