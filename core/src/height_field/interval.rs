@@ -2,7 +2,9 @@
 
 use glam::DVec2;
 
-use crate::height_field::reference::{GridPoint, Piece, Reference};
+use crate::height_field::bilinear::Piece;
+use crate::height_field::flat::GridPoint;
+use crate::height_field::reference::Reference;
 use crate::height_field::triangulate::stepped;
 
 /// Weights below this count as none: the free vertex does not move such a point.
