@@ -24,6 +24,9 @@ use crate::topology::edge_collapse::{Edge, link_allows};
 
 /// Tolerances by which a vertex itself may be off the surface where the bound is at samples.
 pub(crate) const SPIKE: f64 = 2.0;
+/// Tolerances between the heights that samples ask for at red's place beyond which no other place is looked at: of
+/// thirty that are, one would do.
+const WORTH_A_MOVE: f64 = 0.5;
 /// Heights tried for one place: where one fails between the points that constrained it, that place is a constraint, too.
 const CUTS: usize = 4;
 /// The same where the points that constrain are few at first.
@@ -84,9 +87,9 @@ impl Evaluator {
     ) -> Option<Chosen> {
         // Most collapses fail under blue's own triangles, so nothing else is looked at before these.
         let at_red = self.seen_from_red(sampled, edge, allowance.vertical);
-        let may_move =
-            || (1..self.quality.places().len()).any(|number| self.place(sampled, attempts, edge, number).is_some());
-        if at_red.interval.is_empty() && !may_move() || !self.is_possible(sampled, attempts, edge) {
+        let is_hopeless = at_red.interval.is_empty()
+            && (at_red.interval.gap() > WORTH_A_MOVE * allowance.vertical || !self.may_move(sampled, attempts, edge));
+        if is_hopeless || !self.is_possible(sampled, attempts, edge) {
             return None;
         }
         let strays = sampled.strays(edge);
@@ -107,6 +110,11 @@ impl Evaluator {
             place,
             strays,
         })
+    }
+
+    /// Whether there is another place for red than its own.
+    fn may_move(&self, sampled: &SampledSurface, attempts: &Attempts, edge: Edge) -> bool {
+        (1..self.quality.places().len()).any(|number| self.place(sampled, attempts, edge, number).is_some())
     }
 
     /// The first place that will do where the outline strays: what is under the new triangles was not all under the old.
