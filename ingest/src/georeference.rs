@@ -9,6 +9,7 @@ mod table;
 use std::sync::Arc;
 
 use glam::{DAffine2, DMat2, DVec2};
+use serde::{Deserialize, Serialize};
 use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
 use thiserror::Error;
 
@@ -21,7 +22,7 @@ const SAME_DEGREES: f64 = 1e-9;
 const PROBES: usize = 5;
 
 /// A coordinate reference system by name and in a form that PROJ reads.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crs {
     /// `EPSG:4326` where it has a code, its own name otherwise.
     pub name: String,
