@@ -6,6 +6,7 @@ mod exr_file;
 mod gdal_file;
 mod layout;
 mod mosaic;
+mod options;
 mod units;
 
 use std::ops::Range;
@@ -16,6 +17,7 @@ use rayon::prelude::*;
 
 pub(crate) use crs::UNSPECIFIED;
 pub use error::ReadError;
+pub use options::{RasterLimits, ReadOptions};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
@@ -33,48 +35,12 @@ const DEEPEST: f32 = -11_000.0;
 /// Samples that one reader takes at once: 8 MiB of f64.
 const SAMPLES_AT_ONCE: usize = 1 << 20;
 
-/// How to read.
-#[derive(Clone, Default)]
-pub struct ReadOptions {
-    /// Coordinate reference system to use instead of the files' own: a code as `EPSG:2056`, WKT, a PROJ string.
-    pub crs: Option<String>,
-    /// West, south, east, north edges of the outermost pixels, in units of the coordinate reference system, to use
-    /// instead of the files' own.
-    pub bounds: Option<[f64; 4]>,
-    /// What is too large.
-    pub limits: Limits,
-    /// Is told of the samples read.
-    pub progress: Progress,
-}
-
-/// What a raster may ask for; anything larger is refused before it costs memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Samples of one file, and of the rectangle around all of them.
-    pub samples: usize,
-    /// Samples that are kept in memory at once, where a mesh is made of all of them.
-    pub samples_in_memory: usize,
-    /// Bytes of one block (tile or strip) of a file, unpacked.
-    pub block_bytes: usize,
-}
-
-impl Default for Limits {
-    /// Two gigabytes of heights in memory, a quarter of a gigabyte a block.
-    fn default() -> Self {
-        Self {
-            samples: 1 << 40,
-            samples_in_memory: 1 << 29,
-            block_bytes: 1 << 28,
-        }
-    }
-}
-
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
     files: Vec<Source>,
     mosaic: Mosaic,
     georeference: GeoReference,
-    limits: Limits,
+    limits: RasterLimits,
     progress: Progress,
     /// How the caller overrides what files say.
     reading: String,
