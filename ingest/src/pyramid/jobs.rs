@@ -22,7 +22,7 @@ use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 
 use super::plan::Plan;
-use crate::border::{BorderCurve, BorderSource};
+use crate::border::BorderCurve;
 use crate::certify::Certifier;
 use crate::chunks::ChunkedRaster;
 use crate::coarse::CoarseWindow;
@@ -31,6 +31,7 @@ use crate::height_grid::HeightGrid;
 use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
 use crate::node::{Build, Finest, MODEL_SHARE, Node, kinds};
+use crate::raster_outline::BorderSource;
 use crate::samples::{Samples, Window};
 use crate::stored_raster::StoredRaster;
 
