@@ -6,7 +6,9 @@ mod exr_file;
 mod gdal_file;
 mod layout;
 mod mosaic;
+mod options;
 mod record;
+mod remark;
 mod units;
 
 use std::ops::Range;
@@ -17,6 +19,7 @@ use rayon::prelude::*;
 
 pub(crate) use crs::UNSPECIFIED;
 pub use error::ReadError;
+pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
 
 use crate::georeference::GeoReference;
@@ -26,54 +29,17 @@ use crate::samples::{Overrides, Provenance, Raster, Rectangle};
 use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
-
-/// No terrain on any planet is higher or deeper; what is beyond is a void that the file does not declare.
-const HIGHEST: f64 = 100_000.0;
-/// Metres; the Challenger Deep is at −10,935 (Greenaway et al., 2021). Lower samples are kept, with a remark.
-const DEEPEST: f32 = -11_000.0;
+use remark::{HIGHEST, remark};
 
 /// Samples that one reader takes at once: 8 MiB of f64.
 const SAMPLES_AT_ONCE: usize = 1 << 20;
-
-/// How to read.
-#[derive(Clone, Default)]
-pub struct ReadOptions {
-    /// What is used instead of what files say of themselves.
-    pub overrides: Overrides,
-    /// What is too large.
-    pub limits: Limits,
-    /// Is told of the samples read.
-    pub progress: Progress,
-}
-
-/// What a raster may ask for; anything larger is refused before it costs memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Samples of one file, and of the rectangle around all of them.
-    pub samples: usize,
-    /// Samples that are kept in memory at once, where a mesh is made of all of them.
-    pub samples_in_memory: usize,
-    /// Bytes of one block (tile or strip) of a file, unpacked.
-    pub block_bytes: usize,
-}
-
-impl Default for Limits {
-    /// Two gigabytes of heights in memory, a quarter of a gigabyte a block.
-    fn default() -> Self {
-        Self {
-            samples: 1 << 40,
-            samples_in_memory: 1 << 29,
-            block_bytes: 1 << 28,
-        }
-    }
-}
 
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
     files: Vec<Source>,
     mosaic: Mosaic,
     georeference: GeoReference,
-    limits: Limits,
+    limits: RasterLimits,
     progress: Progress,
     overrides: Overrides,
 }
@@ -240,28 +206,6 @@ impl Raster for Rasters {
     fn stamps(&self) -> Vec<String> {
         let stamp = |path: &Path| format!("{} {:?}", stamp_of(path), self.overrides);
         self.paths().map(stamp).collect()
-    }
-}
-
-/// Remarks on samples that became void because they cannot be heights, counted by file, and on a lowest sample below every sea
-/// floor.
-///
-/// # Errors
-/// When no sample has a height.
-fn remark(paths: &[&Path], lowest: f32, wild: &[usize], progress: &Progress) -> Result<(), ReadError> {
-    for (path, wild) in paths.iter().zip(wild).filter(|&(_, &wild)| wild > 0) {
-        let (path, kilometres) = (path.display(), HIGHEST / 1000.0);
-        progress.note(&format!(
-            "{path}: {wild} samples are infinite or beyond ±{kilometres} km and count as voids; is a nodata value missing?"
-        ));
-    }
-    if lowest < DEEPEST {
-        let note = format!("the lowest sample is {lowest} m, below every sea floor; is a nodata value missing?");
-        progress.note(&note);
-    }
-    match paths.first() {
-        Some(first) if !lowest.is_finite() => Err(ReadError::AllVoid(first.to_path_buf())),
-        _ => Ok(()),
     }
 }
 

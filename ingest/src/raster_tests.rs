@@ -260,13 +260,13 @@ fn the_caller_can_say_where_a_raster_is() {
 fn limits_hold_before_memory_is_taken() {
     let folder = Folder::new();
     let path = folder.tiff("a.tif", 3, &[1_i16, 2, 3, 4, 5, 6], |_| {});
-    let few_samples = Limits {
+    let few_samples = RasterLimits {
         samples: 5,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
-    let small_blocks = Limits {
+    let small_blocks = RasterLimits {
         block_bytes: 11,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
     for limits in [few_samples, small_blocks] {
         let options = ReadOptions {
@@ -281,9 +281,9 @@ fn limits_hold_before_memory_is_taken() {
     // Two small files far apart: the grid over both is what is too large.
     let at = |dataset: &mut Dataset| dataset.set_geo_transform(&[110.0, 0.5, 0.0, 50.0, 0.0, -0.5]).unwrap();
     let far = folder.tiff("far.tif", 3, &[1_i16, 2, 3, 4, 5, 6], at);
-    let limits = Limits {
+    let limits = RasterLimits {
         samples: 300,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
     let options = ReadOptions {
         limits,
@@ -336,9 +336,9 @@ fn an_exr_height_map_is_read_where_the_caller_says_it_is() {
         DVec2::new(500_005.0, 4_000_015.0)
     );
     assert!(matches!(read_one(path.clone()), Err(ReadError::NoCrs(_))));
-    let limits = Limits {
+    let limits = RasterLimits {
         samples: 5,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
     assert!(matches!(
         read(

@@ -169,9 +169,9 @@ fn what_is_not_ours_is_refused_in_one_line() {
 
     write(&path, tiles().into_iter());
     let mut later = metadata();
-    later.version = 2;
+    later.version = VERSION + 1;
     Writer::create(&path).unwrap().finish(&later).unwrap();
-    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 2"));
+    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 3"));
 }
 
 #[test]

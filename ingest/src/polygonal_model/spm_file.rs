@@ -5,12 +5,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::Result;
-use glam::DVec3;
 use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spm::{self, ProgressiveMesh};
 
 use super::ModelError;
-use super::levels::LeveledModel;
+use super::levels::{Lattice, LeveledModel};
 use crate::new_file::new_file_for;
 
 /// The longest side of a model is divided by two to this, or more where an error asks for it.
@@ -19,13 +18,6 @@ const FEWEST_BITS: u32 = 16;
 const MOST_BITS: u32 = 31;
 /// Share of an error that rounding to the lattice may take.
 const SHARE: f64 = 1.0 / 64.0;
-
-/// Where the positions of a file can be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lattice {
-    origin: DVec3,
-    step: DVec3,
-}
 
 /// Reads the levels of a file and their errors.
 pub(super) fn read(path: &Path) -> Result<LeveledModel, ModelError> {

@@ -23,7 +23,7 @@ use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 use terrain_tiles::tile::{Lineage, Tile};
 
 use super::plan::Plan;
-use crate::border::{BorderCurve, BorderSource};
+use crate::border::BorderCurve;
 use crate::certify::Certifier;
 use crate::chunks::ChunkedRaster;
 use crate::coarse::CoarseWindow;
@@ -32,6 +32,7 @@ use crate::height_grid::HeightGrid;
 use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
 use crate::node::{Build, Finest, MODEL_SHARE, kinds};
+use crate::raster_outline::BorderSource;
 use crate::samples::{Samples, Window};
 use crate::stored_raster::StoredRaster;
 

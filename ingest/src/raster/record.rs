@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use glam::DAffine2;
 use serde::{Deserialize, Serialize};
 
-use super::{ReadError, remark};
+use super::error::ReadError;
+use super::remark::remark;
 use crate::georeference::{Crs, GeoReference};
 use crate::progress::Progress;
 use crate::samples::{Provenance, Raster, Rectangle};

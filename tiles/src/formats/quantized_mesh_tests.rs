@@ -9,7 +9,8 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use super::bounds::{horizon_occlusion_point, oct_encode};
 use super::*;
 use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
-use crate::tile::Lineage;
+use crate::ellipsoid::{normal, to_earth_centred};
+use crate::tile::{Lineage, Tile};
 
 /// A tile with `mesh` as its only level.
 fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
