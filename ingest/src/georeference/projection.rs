@@ -1,6 +1,5 @@
 //! The one place that talks to PROJ.
 
-use serde::{Deserialize, Serialize};
 use std::ptr;
 use std::sync::Once;
 
