@@ -476,6 +476,16 @@ impl ChunkedRaster {
         Ok(steepest)
     }
 
+    /// The highest level of chunks: all samples are in a few of its blocks.
+    pub(crate) fn top(&self) -> u8 {
+        self.top_level
+    }
+
+    /// Where a rectangle is on the lattice of chunks.
+    pub(crate) fn on_lattice(&self, cells: &[Range<usize>; 2]) -> [Range<usize>; 2] {
+        [0, 1].map(|axis| self.corner[axis] + cells[axis].start..self.corner[axis] + cells[axis].end)
+    }
+
     /// Columns and rows before the first sample: the raster's own are counted from there.
     pub(crate) fn before(&self) -> [usize; 2] {
         self.before
@@ -584,20 +594,59 @@ impl ChunkedRaster {
     }
 }
 
-impl Chunks for ChunkedRaster {
+/// Chunks under a rectangle of the raster, in columns and rows that are counted from a place on the lattice of chunks that
+/// follows from the rectangle alone: what is computed from them is the same whatever else the raster holds.
+pub(crate) struct ChunkView<'a> {
+    raster: &'a ChunkedRaster,
+    /// Lattice coordinates from where it counts.
+    first: [usize; 2],
+    size: [usize; 2],
+    top_level: u8,
+}
+
+impl<'a> ChunkView<'a> {
+    /// Chunks of all levels up to one, as far as the raster has them, under the columns and rows of a rectangle.
+    pub(crate) fn new(raster: &'a ChunkedRaster, cells: &[Range<usize>; 2], level: u8) -> Self {
+        let level = level.min(MOST_LEVELS);
+        let step = CHUNK << level;
+        let first = [0, 1].map(|axis| (raster.corner[axis] + cells[axis].start) / step * step);
+        Self {
+            raster,
+            first,
+            size: [0, 1].map(|axis| raster.corner[axis] + cells[axis].end - first[axis]),
+            top_level: level.min(raster.top_level),
+        }
+    }
+
+    /// The rectangle in the view's columns and rows.
+    pub(crate) fn cells(&self, cells: &[Range<usize>; 2]) -> [Range<usize>; 2] {
+        [0, 1].map(|axis| {
+            let at = |cell: usize| self.raster.corner[axis] + cell - self.first[axis];
+            at(cells[axis].start)..at(cells[axis].end)
+        })
+    }
+
+    /// Column and row, on the lattice as georeferences count it, of the view's first.
+    pub(crate) fn origin(&self) -> [i64; 2] {
+        self.first.map(|first| first as i64 - FIRST)
+    }
+}
+
+impl Chunks for ChunkView<'_> {
     fn size(&self) -> [usize; 2] {
         self.size
     }
 
     fn chunk(&self, level: u8, x: usize, y: usize) -> Option<Arc<Chunk>> {
         let shift = CHUNK.ilog2() + u32::from(level);
+        let at = |axis: usize, chunk: usize| ((self.first[axis] >> shift) + chunk) as u32;
         let id = ChunkId {
             level,
-            x: ((self.corner[0] >> shift) + x) as u32,
-            y: ((self.corner[1] >> shift) + y) as u32,
+            x: at(0, x),
+            y: at(1, y),
         };
-        self.chunk_at(id).unwrap_or_else(|error| {
-            self.fault.get_or_init(|| format!("{error:#}"));
+        self.raster.chunk_at(id).unwrap_or_else(|error| {
+            self.raster.fault.get_or_init(|| format!("{error:#}"));
             None
         })
     }

@@ -162,6 +162,17 @@ impl GeoReference {
         }
     }
 
+    /// The same places counted from the lattice's own first sample: the same whatever rectangle of it this is.
+    pub(crate) fn of_lattice(&self) -> Self {
+        let first = self.origin();
+        self.window(first.map(|first| -first), self.columns, self.rows)
+    }
+
+    /// Column and row on the lattice of the first sample.
+    pub(crate) fn origin(&self) -> [i64; 2] {
+        [self.origin.x as i64, self.origin.y as i64]
+    }
+
     fn check_latitudes(&self) -> Result<(), GeoReferenceError> {
         let [_, south, _, north] = self.geographic_bounds();
         match [south, north]

@@ -89,7 +89,8 @@ impl Progress {
     #[must_use]
     pub fn on_standard_error() -> Self {
         Self::reporting(if stderr().is_terminal() {
-            Form::Terminal(ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()))
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+            Form::Terminal(bar.with_style(style("{msg}")))
         } else {
             Form::Lines
         })

@@ -70,11 +70,14 @@ fn rasters_come_and_go() {
     let folder = TempDir::new().unwrap();
     let folder = folder.path();
     write_all(folder, &NAMES);
-    build(folder, &NAMES[..3], "now.pmtiles");
-    let added = report(folder, &["update", "now.pmtiles", "--added", "d.asc"]);
-    build(folder, &NAMES, "all.pmtiles");
-    assert!(same(folder, "now.pmtiles", "all.pmtiles"));
-    assert!(count(&added, "new_leaves") > 0 && count(&added, "kept") > 0, "{added}");
+    build(folder, &NAMES[..1], "now.pmtiles");
+    for count_of_rasters in 2..=4 {
+        let name = NAMES[count_of_rasters - 1];
+        let added = report(folder, &["update", "now.pmtiles", "--added", name]);
+        build(folder, &NAMES[..count_of_rasters], "all.pmtiles");
+        assert!(same(folder, "now.pmtiles", "all.pmtiles"), "{name}");
+        assert!(count(&added, "new_leaves") > 0 && count(&added, "kept") > 0, "{added}");
+    }
 
     let removed = report(folder, &["update", "now.pmtiles", "--removed", "b.asc"]);
     build(folder, &["a.asc", "c.asc", "d.asc"], "three.pmtiles");

@@ -17,7 +17,6 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde::Serialize;
-use terrain_core::height_field::chunks::Chunks;
 
 use super::plan::{self, Options};
 use super::recipe::Recipe;

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use rayon::prelude::*;
-use terrain_core::height_field::chunks::Chunks;
 
 use super::finished::{FinishedTiles, TileRecord};
 use super::jobs::{Child, Jobs};
@@ -134,17 +133,20 @@ impl Scheduler<'_> {
         } else {
             self.names_of_chunks(square, cells)
         };
-        Ok(self.named(square, &[&samples, &below]))
+        Ok(self.named(square, cells, &[&samples, &below]))
     }
 
     /// Everything that a subtree is made from.
     fn subtree_name(&self, square: Square, cells: &[Range<usize>; 2]) -> Name {
-        self.named(square, &[&self.names_of_chunks(square, cells)])
+        self.named(square, cells, &[&self.names_of_chunks(square, cells)])
     }
 
-    /// The name of what is made for a square by the plan, of such parts.
-    fn named(&self, square: Square, parts: &[&[u8]]) -> Name {
-        let place = format!("{} {} {}", square.zoom, square.x, square.y);
+    /// The name of what is made for a square by the plan, of such parts. How far samples reach, and up to which level there are
+    /// blocks of them, is a part of it, too.
+    fn named(&self, square: Square, cells: &[Range<usize>; 2], parts: &[&[u8]]) -> Name {
+        let raster = self.jobs.raster;
+        let level = self.jobs.plan.height(square).min(raster.top());
+        let place = format!("{square:?} {level} {:?}", raster.on_lattice(cells));
         let plan = self.jobs.plan.name.bytes();
         let all = [plan.as_slice(), place.as_bytes()].into_iter();
         Name::of(all.chain(parts.iter().copied()))
