@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use terrain_server::{Tileset, router};
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::archive::Writer;
+use terrain_tiles::archive::{self, ArchiveError};
 use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode, validate};
 use terrain_tiles::formats::spt;
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
@@ -82,12 +82,9 @@ fn metadata() -> Metadata {
 const DAMAGED: TileAddress = TileAddress { zoom: 1, x: 2, y: 1 };
 
 fn write_archive(path: &Path) {
-    let mut writer = Writer::create(path).unwrap();
-    for address in [address(0, 0, 0), address(1, 0, 0)] {
-        writer.add(address, &spt::encode(&tile(address)).unwrap()).unwrap();
-    }
-    writer.add(DAMAGED, b"no tile").unwrap();
-    writer.finish(&metadata()).unwrap();
+    let sound = [address(0, 0, 0), address(1, 0, 0)].map(|address| (address, spt::encode(&tile(address)).unwrap()));
+    let tiles = sound.into_iter().chain([(DAMAGED, b"no tile".to_vec())]);
+    archive::write(path, &metadata(), tiles, Ok::<_, ArchiveError>).unwrap();
 }
 
 /// The service over one archive called `square`.

@@ -7,7 +7,7 @@ use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use terrain_tiles::archive::Writer;
+use terrain_tiles::archive::{self, ArchiveError};
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION};
 
 fn program() -> Command {
@@ -36,7 +36,7 @@ fn empty_archive(folder: &Path, name: &str) -> PathBuf {
         generator: "test".to_owned(),
         zooms: Vec::new(),
     };
-    Writer::create(&path).unwrap().finish(&metadata).unwrap();
+    archive::write(&path, &metadata, [], |()| Ok::<_, ArchiveError>(Vec::new())).unwrap();
     path
 }
 

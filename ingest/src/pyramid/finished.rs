@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::archive::Writer;
+use terrain_tiles::archive;
 use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::metadata::{Metadata, Zoom};
 
@@ -106,14 +106,13 @@ pub(crate) fn write_archive(
     metadata: &Metadata,
     output: &Path,
 ) -> Result<usize> {
-    let mut writer = Writer::create(output)?;
     let mut total = 0;
-    for record in records {
+    let tiles = records.iter().map(|record| (record.square.address(), record));
+    archive::write(output, metadata, tiles, |record| {
         let bytes = record.tile(store)?;
         total += bytes.len();
-        writer.add(record.square.address(), &bytes)?;
-    }
-    writer.finish(metadata)?;
+        anyhow::Ok(bytes)
+    })?;
     Ok(total)
 }
 
