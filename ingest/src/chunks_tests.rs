@@ -76,18 +76,14 @@ impl Raster for Shifted {
         self.grid.remark(lowest, wild)
     }
 
-    fn stamp(&self) -> String {
-        self.grid.stamp()
+    fn stamps(&self) -> Vec<String> {
+        self.grid.stamps()
     }
 }
 
 fn taken(raster: &Shifted, store: &Store) -> ChunkedRaster {
-    let intake = Intake {
-        raster,
-        store,
-        name: Name::of([raster.stamp().as_bytes()]),
-    };
-    let taken = intake.take(&intake.bands()).unwrap();
+    let intake = Intake::new(raster, store);
+    let taken = intake.take(&intake.bands(), &Progress::silent()).unwrap();
     ChunkedRaster::new(&intake, taken.names, 1 << 24)
 }
 
@@ -145,7 +141,7 @@ fn chunks_of_every_level_hold_the_samples_at_their_corners_and_the_steepest_step
     let (_folder, store) = store();
     let raster = Shifted::new(600, 300, [-300, 70]);
     let chunked = taken(&raster, &store);
-    chunked.make_relief().unwrap();
+    chunked.make_relief(&Progress::silent()).unwrap();
     let [left, top] = chunked.before();
     let mut seams = 0;
     for level in 0..=chunked.top() {
@@ -191,7 +187,7 @@ fn a_chunk_that_is_gone_or_damaged_is_told() {
     let (folder, store) = store();
     let raster = Shifted::new(600, 300, [0, 0]);
     let chunked = taken(&raster, &store);
-    chunked.make_relief().unwrap();
+    chunked.make_relief(&Progress::silent()).unwrap();
     for damage in ["gone", "short"] {
         let again = taken(&raster, &store);
         for entry in std::fs::read_dir(folder.path().join("samples")).unwrap() {

@@ -5,7 +5,7 @@ pub(in crate::verify) mod fixture;
 #[path = "verify/format_tests.rs"]
 mod format;
 
-use terrain_tiles::archive::{self, ArchiveError};
+use terrain_tiles::archive::Writer;
 use terrain_tiles::formats::spt;
 
 use self::fixture::{LEAF, ROOT, Sample};
@@ -47,9 +47,11 @@ fn an_archive_on_disk_holds_and_says_so_in_json() {
     let sample = Sample::new();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plane.pmtiles");
-    let tiles = sample.tiles.values().map(|tile| (tile.address, tile));
-    let encoded = |tile: &Tile| Ok::<_, ArchiveError>(spt::encode(tile).unwrap());
-    archive::write(&path, &sample.metadata, tiles, encoded).unwrap();
+    let mut writer = Writer::create(&path).unwrap();
+    for tile in sample.tiles.values() {
+        writer.add(tile.address, &spt::encode(tile).unwrap()).unwrap();
+    }
+    writer.finish(&sample.metadata).unwrap();
     let report = archive(&path, (&sample.grid).into(), 1 << 20, &Progress::silent()).unwrap();
     assert!(report.holds(), "{report}");
     let json = serde_json::to_value(&report).unwrap();
@@ -63,13 +65,13 @@ fn a_header_that_lies_about_heights_fails() {
     let sample = Sample::new();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plane.pmtiles");
-    let tiles = sample.tiles.values().map(|tile| (tile.address, tile));
-    let encoded = |tile: &Tile| {
+    let mut writer = Writer::create(&path).unwrap();
+    for tile in sample.tiles.values() {
         let mut bytes = spt::encode(tile).unwrap();
         bytes[20] += u8::from(tile.address == LEAF);
-        Ok::<_, ArchiveError>(bytes)
-    };
-    archive::write(&path, &sample.metadata, tiles, encoded).unwrap();
+        writer.add(tile.address, &bytes).unwrap();
+    }
+    writer.finish(&sample.metadata).unwrap();
     let report = archive(&path, (&sample.grid).into(), 1 << 20, &Progress::silent()).unwrap();
     assert!(names(&report, LEAF, "says its heights are"), "{report}");
 }

@@ -2,7 +2,7 @@
 //! code that says whose fault it is, and nothing half-written under the final name.
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
-mod program;
+mod in_folder;
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use tempfile::TempDir;
 
-use program::{SAMPLE, names, run, tells_its_cause_once, text};
+use in_folder::{SAMPLE, names, run, tells_its_cause_once, text};
 
 const BUILD: [&str; 6] = [SAMPLE, "--max-error", "40", "-o", "out.pmtiles", "--quiet"];
 const TIN: [&str; 7] = ["tin", SAMPLE, "--max-error", "10", "-o", "out.ply", "--quiet"];

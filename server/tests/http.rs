@@ -14,11 +14,11 @@ use tempfile::TempDir;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use terrain_server::{Tileset, router};
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::archive::{self, ArchiveError};
+use terrain_tiles::archive::Writer;
 use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode, validate};
 use terrain_tiles::formats::spt;
-use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
-use terrain_tiles::tile::Tile;
+use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION, Zoom};
+use terrain_tiles::tile::{Lineage, Tile};
 use tower::ServiceExt;
 
 fn address(zoom: u8, x: u32, y: u32) -> TileAddress {
@@ -42,6 +42,7 @@ fn tile(address: TileAddress) -> Tile {
         extent_bits: 10,
         height_exponent: -2,
         sampling: None,
+        lineage: Lineage::default(),
         partition,
         outline_errors: vec![0.0; 5],
     }
@@ -67,6 +68,8 @@ fn metadata() -> Metadata {
         max_zoom: 1,
         bound: "surface".to_owned(),
         max_error: 1.0,
+        asked: Asked::default(),
+        plan: String::new(),
         source: Source {
             files: vec!["square.tif".to_owned()],
             crs: "EPSG:4326".to_owned(),
@@ -82,9 +85,12 @@ fn metadata() -> Metadata {
 const DAMAGED: TileAddress = TileAddress { zoom: 1, x: 2, y: 1 };
 
 fn write_archive(path: &Path) {
-    let sound = [address(0, 0, 0), address(1, 0, 0)].map(|address| (address, spt::encode(&tile(address)).unwrap()));
-    let tiles = sound.into_iter().chain([(DAMAGED, b"no tile".to_vec())]);
-    archive::write(path, &metadata(), tiles, Ok::<_, ArchiveError>).unwrap();
+    let mut writer = Writer::create(path).unwrap();
+    for address in [address(0, 0, 0), address(1, 0, 0)] {
+        writer.add(address, &spt::encode(&tile(address)).unwrap()).unwrap();
+    }
+    writer.add(DAMAGED, b"no tile").unwrap();
+    writer.finish(&metadata()).unwrap();
 }
 
 /// The service over one archive called `square`.

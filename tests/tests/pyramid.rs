@@ -14,7 +14,7 @@ use terrain_ingest::verify::ArchiveReport;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::archive::{self, ArchiveError, Reader};
+use terrain_tiles::archive::{Reader, Writer};
 use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spt;
 use terrain_tiles::tile::Tile;
@@ -46,7 +46,14 @@ impl Built {
         };
         let work = TempDir::new().unwrap();
         let store = Store::open(&work.path().display().to_string()).unwrap();
-        pyramid::build(&self.rasters, &options, &store, &self.path(name), &Progress::silent()).unwrap();
+        let build = pyramid::Build {
+            raster: &self.rasters,
+            options: &options,
+            store: &store,
+            earlier: None,
+            progress: &Progress::silent(),
+        };
+        build.run(&self.path(name)).unwrap();
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -67,15 +74,15 @@ fn tile(reader: &Reader, address: TileAddress) -> Tile {
 /// Copies an archive, one tile changed on the way.
 fn with_change(from: &Path, to: &Path, changed: TileAddress, change: impl Fn(&mut Tile)) {
     let reader = Reader::open(from).unwrap();
-    let tiles = reader.addresses().map(|address| (address, address));
-    let encoded = |address| {
+    let mut writer = Writer::create(to).unwrap();
+    for address in reader.addresses() {
         let mut tile = tile(&reader, address);
         if address == changed {
             change(&mut tile);
         }
-        Ok::<_, ArchiveError>(spt::encode(&tile).unwrap())
-    };
-    archive::write(to, reader.metadata(), tiles, encoded).unwrap();
+        writer.add(address, &spt::encode(&tile).unwrap()).unwrap();
+    }
+    writer.finish(reader.metadata()).unwrap();
 }
 
 #[test]

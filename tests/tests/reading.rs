@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use terrain_ingest::raster::Rasters;
-use terrain_ingest::samples::Raster;
+use terrain_ingest::samples::{Overrides, Raster};
 use terrain_ingest::{HeightGrid, ReadError, ReadOptions, raster};
 use terrain_tests::{files_below, sample, shared_data};
 
@@ -272,8 +272,10 @@ fn an_exr_height_map_is_the_window_that_it_was_cut_from() {
         return;
     };
     let options = ReadOptions {
-        crs: Some("EPSG:4326".to_owned()),
-        bounds: Some([-70.213_75, -32.760_416_666_666_664, -69.999_583_333_333_33, -32.546_25]),
+        overrides: Overrides {
+            crs: Some("EPSG:4326".to_owned()),
+            bounds: Some([-70.213_75, -32.760_416_666_666_664, -69.999_583_333_333_33, -32.546_25]),
+        },
         ..ReadOptions::default()
     };
     let (window, whole) = (raster::read(&[window], &options).unwrap(), read_one(&whole));
@@ -299,8 +301,10 @@ fn exr_files_of_other_programs_are_read() {
         return;
     };
     let options = ReadOptions {
-        crs: Some("EPSG:32631".to_owned()),
-        bounds: Some([500_000.0, 4_000_000.0, 500_100.0, 4_000_100.0]),
+        overrides: Overrides {
+            crs: Some("EPSG:32631".to_owned()),
+            bounds: Some([500_000.0, 4_000_000.0, 500_100.0, 4_000_100.0]),
+        },
         ..ReadOptions::default()
     };
     for name in [

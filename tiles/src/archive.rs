@@ -16,7 +16,7 @@
 //! A tile's parent and children are then its parent and children in PMTiles, too.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,49 +53,107 @@ pub enum ArchiveError {
     BadTile(PathBuf, TileAddress, &'static str),
 }
 
-/// Writes the archive at `path`, over any file that is there, all at once or not at all. `bytes` gives those of a tile when its
-/// turn comes: tiles are in the order of their ids, whatever the order of `tiles`, so that the archive depends on them and on the
-/// metadata alone, and no more than one is in memory.
-///
-/// # Errors
-/// [`ArchiveError::BadTile`] when an address is there twice or a tile's bytes are none or too many, [`ArchiveError::Io`] when the
-/// folder cannot be written or the disk is full, and what `bytes` says.
-pub fn write<T, E: From<ArchiveError>>(
-    path: &Path,
-    metadata: &Metadata,
-    tiles: impl IntoIterator<Item = (TileAddress, T)>,
-    mut bytes: impl FnMut(T) -> Result<Vec<u8>, E>,
-) -> Result<(), E> {
-    let failed = |error: PmtError| ArchiveError::Io(path.into(), into_io(error));
-    let bad = |address, why| ArchiveError::BadTile(path.into(), address, why);
-    let id = |address| TileId::from(coordinate(address)).value();
-    let mut tiles: Vec<(TileAddress, T)> = tiles.into_iter().collect();
-    tiles.sort_by_key(|(address, _)| id(*address));
-    if let Some(pair) = tiles.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        return Err(bad(pair[0].0, "is there twice").into());
+/// Writes an archive. Nothing is seen at the final path before [`Writer::finish`]; a writer that is dropped leaves
+/// nothing behind. Tiles may be added in any order: they wait in an unnamed file and are put in the order of their ids
+/// at the end, so that the bytes depend on the tiles and the metadata alone.
+pub struct Writer {
+    path: PathBuf,
+    spool: File,
+    spooled: u64,
+    tiles: Vec<Spooled>,
+}
+
+/// A tile in the unnamed file.
+struct Spooled {
+    id: u64,
+    address: TileAddress,
+    offset: u64,
+    length: usize,
+}
+
+impl Writer {
+    /// Starts an archive that will be at `path`, in a folder that exists and can be written to.
+    ///
+    /// # Errors
+    /// [`ArchiveError::Io`] when no file can be made in the folder.
+    pub fn create(path: &Path) -> Result<Self, ArchiveError> {
+        let spool = tempfile::tempfile_in(folder_of(path)).map_err(|error| ArchiveError::Io(path.into(), error))?;
+        Ok(Self {
+            path: path.into(),
+            spool,
+            spooled: 0,
+            tiles: Vec::new(),
+        })
     }
-    let mut file = NewFile::create(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
-    let mut writer = builder(metadata).create(file.file()).map_err(failed)?;
-    for (address, tile) in tiles {
-        let bytes = bytes(tile)?;
+
+    /// Adds the bytes of the tile at `address`.
+    ///
+    /// # Errors
+    /// [`ArchiveError::BadTile`] when `bytes` are none or too many, [`ArchiveError::Io`] when the disk is full.
+    pub fn add(&mut self, address: TileAddress, bytes: &[u8]) -> Result<(), ArchiveError> {
         if bytes.is_empty() || bytes.len() > MAX_TILE_BYTES {
-            return Err(bad(address, "is empty or larger than 256 MiB").into());
+            return Err(ArchiveError::BadTile(
+                self.path.clone(),
+                address,
+                "is empty or larger than 256 MiB",
+            ));
         }
-        writer.add_tile(coordinate(address), &bytes, None).map_err(failed)?;
+        self.spool
+            .write_all(bytes)
+            .map_err(|error| ArchiveError::Io(self.path.clone(), error))?;
+        let id = TileId::from(coordinate(address)).value();
+        self.tiles.push(Spooled {
+            id,
+            address,
+            offset: self.spooled,
+            length: bytes.len(),
+        });
+        self.spooled += bytes.len() as u64;
+        Ok(())
     }
-    writer.finalize().map_err(failed)?;
-    file.finish().map_err(|error| ArchiveError::Io(path.into(), error))?;
-    Ok(())
+
+    /// Writes the archive and moves it to its path, over any file that is there.
+    ///
+    /// # Errors
+    /// [`ArchiveError::BadTile`] when an address was added twice, [`ArchiveError::Io`] otherwise.
+    pub fn finish(mut self, metadata: &Metadata) -> Result<(), ArchiveError> {
+        self.tiles.sort_by_key(|tile| tile.id);
+        if let Some(pair) = self.tiles.windows(2).find(|pair| pair[0].id == pair[1].id) {
+            return Err(ArchiveError::BadTile(self.path, pair[0].address, "was added twice"));
+        }
+        let path = self.path.clone();
+        self.write(metadata).map_err(|error| ArchiveError::Io(path, error))
+    }
+
+    fn write(mut self, metadata: &Metadata) -> io::Result<()> {
+        let mut target = NewFile::create(&self.path)?;
+        self.write_tiles(metadata, target.file())?;
+        target.finish()
+    }
+
+    fn write_tiles(&mut self, metadata: &Metadata, target: &mut File) -> io::Result<()> {
+        let mut writer = builder(metadata)?.create(target).map_err(into_io)?;
+        let mut bytes = Vec::new();
+        for tile in &self.tiles {
+            bytes.resize(tile.length, 0);
+            self.spool.seek(SeekFrom::Start(tile.offset))?;
+            self.spool.read_exact(&mut bytes)?;
+            writer
+                .add_tile(coordinate(tile.address), &bytes, None)
+                .map_err(into_io)?;
+        }
+        writer.finalize().map_err(into_io)
+    }
 }
 
 /// The header's fields and the JSON block. PMTiles longitudes end at ±180: data across the antimeridian are given the
 /// whole circle there. No tile is like another, so none is looked for.
-fn builder(metadata: &Metadata) -> PmTilesWriter<CallerKey<()>> {
+fn builder(metadata: &Metadata) -> io::Result<PmTilesWriter<CallerKey<()>>> {
     let [west, south, east, north] = metadata.bounds;
     let (first, last) = if east > 180.0 { (-180.0, 180.0) } else { (west, east) };
     let middle = (west + east) / 2.0;
-    let json = serde_json::to_string(metadata).expect("metadata are names, numbers and lists of them");
-    PmTilesWriter::new(TileType::Unknown)
+    let json = serde_json::to_string(metadata)?;
+    Ok(PmTilesWriter::new(TileType::Unknown)
         .dedup_by_key()
         .tile_compression(Compression::None)
         .min_zoom(metadata.min_zoom + 1)
@@ -106,7 +164,7 @@ fn builder(metadata: &Metadata) -> PmTilesWriter<CallerKey<()>> {
             (south + north) / 2.0,
         )
         .center_zoom(metadata.max_zoom + 1)
-        .metadata(json)
+        .metadata(json))
 }
 
 /// An open archive; shared freely between threads.
@@ -210,6 +268,12 @@ fn entry_addresses(entries: Vec<DirEntry>) -> Result<Vec<TileAddress>, String> {
     };
     let addresses: Option<Vec<TileAddress>> = entries.iter().map(tile).collect();
     addresses.ok_or_else(|| "its directory has tiles outside the geographic scheme".to_owned())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
 }
 
 fn into_io(error: PmtError) -> io::Error {

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::*;
-use crate::metadata::Source;
+use crate::metadata::{Asked, Source};
 
 pub(crate) fn metadata() -> Metadata {
     Metadata {
@@ -16,6 +16,8 @@ pub(crate) fn metadata() -> Metadata {
         max_zoom: 2,
         bound: "surface".to_owned(),
         max_error: 1.0,
+        asked: Asked::default(),
+        plan: String::new(),
         source: Source {
             files: vec!["a.tif".to_owned()],
             crs: "EPSG:4326".to_owned(),
@@ -38,7 +40,11 @@ fn tiles() -> Vec<(TileAddress, Vec<u8>)> {
 }
 
 fn write(path: &Path, tiles: impl Iterator<Item = (TileAddress, Vec<u8>)>) {
-    super::write(path, &metadata(), tiles, Ok::<_, ArchiveError>).unwrap();
+    let mut writer = Writer::create(path).unwrap();
+    for (address, bytes) in tiles {
+        writer.add(address, &bytes).unwrap();
+    }
+    writer.finish(&metadata()).unwrap();
 }
 
 #[test]
@@ -110,40 +116,28 @@ fn bytes_depend_on_the_tiles_and_not_on_their_order() {
 }
 
 #[test]
-fn a_tile_that_cannot_be_had_leaves_the_archive_as_it_was() {
+fn a_dropped_writer_leaves_the_folder_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.pmtiles");
     write(&path, tiles().into_iter());
     let before = fs::read(&path).unwrap();
-    let gone = |bytes: Vec<u8>| match bytes == b"tile 2/1/3" {
-        true => Err(ArchiveError::Unreadable("b.pmtiles".into(), "gone".to_owned())),
-        false => Ok(bytes),
-    };
-    let error = super::write(&path, &metadata(), tiles(), gone).unwrap_err();
-    assert!(error.to_string().ends_with("gone"), "{error}");
+    let mut writer = Writer::create(&path).unwrap();
+    writer.add(TileAddress::new(0, 0, 0).unwrap(), b"new").unwrap();
+    drop(writer);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     assert_eq!(fs::read(&path).unwrap(), before);
 }
 
 #[test]
-fn tiles_that_cannot_be_stored_are_refused_and_nothing_is_written() {
+fn a_tile_added_twice_is_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.pmtiles");
+    let mut writer = Writer::create(&folder.path().join("a.pmtiles")).unwrap();
     let root = TileAddress::new(0, 1, 0).unwrap();
-    for (tiles, message) in [
-        (
-            vec![(root, b"a".to_vec()), (root, b"b".to_vec())],
-            "a.pmtiles: tile 0/1/0 is there twice",
-        ),
-        (
-            vec![(root, Vec::new())],
-            "a.pmtiles: tile 0/1/0 is empty or larger than 256 MiB",
-        ),
-    ] {
-        let error = super::write(&path, &metadata(), tiles, Ok::<_, ArchiveError>).unwrap_err();
-        assert!(error.to_string().ends_with(message), "{error}");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-    }
+    writer.add(root, b"a").unwrap();
+    writer.add(root, b"b").unwrap();
+    let error = writer.finish(&metadata()).unwrap_err().to_string();
+    assert!(error.ends_with("a.pmtiles: tile 0/1/0 was added twice"), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]
@@ -168,16 +162,16 @@ fn what_is_not_ours_is_refused_in_one_line() {
             .unwrap();
         let line = refusal(&path);
         assert!(
-            line.contains(&format!("not of surface-partition-tiles version 1: {refused}")),
+            line.contains(&format!("not of surface-partition-tiles version 2: {refused}")),
             "{line}"
         );
     }
 
     write(&path, tiles().into_iter());
     let mut later = metadata();
-    later.version = 2;
-    super::write(&path, &later, [], |()| Ok::<_, ArchiveError>(Vec::new())).unwrap();
-    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 2"));
+    later.version = VERSION + 1;
+    Writer::create(&path).unwrap().finish(&later).unwrap();
+    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 3"));
 }
 
 #[test]

@@ -5,11 +5,12 @@ use std::sync::Once;
 
 use glam::{DAffine2, DVec2};
 use proj::{Area, Proj};
+use serde::{Deserialize, Serialize};
 
 use super::GeoReferenceError;
 
 /// A coordinate reference system by name and in a form that PROJ reads.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crs {
     /// `EPSG:4326` where it has a code, its own name otherwise.
     pub name: String,

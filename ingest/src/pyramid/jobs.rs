@@ -20,6 +20,7 @@ use terrain_core::height_field::simplify::{Allowance, Simplifier};
 use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
+use terrain_tiles::tile::{Lineage, Tile};
 
 use super::plan::Plan;
 use crate::border::BorderCurve;
@@ -30,7 +31,7 @@ use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
-use crate::node::{Build, Finest, MODEL_SHARE, Node, kinds};
+use crate::node::{Build, Finest, MODEL_SHARE, kinds};
 use crate::raster_outline::BorderSource;
 use crate::samples::{Samples, Window};
 use crate::stored_raster::StoredRaster;
@@ -59,8 +60,7 @@ pub(crate) struct Jobs<'a> {
 pub(crate) struct Child {
     pub(crate) square: Square,
     pub(crate) coarsest: Mesh,
-    pub(crate) outline_strayed: f64,
-    pub(crate) coarsest_measured: f64,
+    pub(crate) lineage: Lineage,
 }
 
 /// A square's plan coordinates over a grid, and the rectangle in which they are needed.
@@ -254,7 +254,7 @@ impl<'a> Jobs<'a> {
     ///
     /// # Errors
     /// When samples cannot be read.
-    pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Node>> {
+    pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
         let Some(grid) = self.window(cells)? else {
             return Ok(None);
         };
@@ -287,22 +287,19 @@ impl<'a> Jobs<'a> {
         georeference: &GeoReference,
         reference: &Reference,
         sides: [&BorderCurve; 4],
-    ) -> Result<Option<Node>> {
+    ) -> Result<Option<Tile>> {
         let max_error = self.plan.max_error;
-        let mut best: Option<Node> = None;
+        let mut best: Option<Tile> = None;
         for share in LEAF_SHARES {
             let Some(finest) = self.leaf_mesh(georeference, square, reference, sides, share * max_error)? else {
                 return Ok(None);
             };
-            let node = self.build().node(square, reference, finest, sides, max_error)?;
-            let keeps_the_error = self.plan.keeps_the_error(node.claims.finest_error);
-            if best
-                .as_ref()
-                .is_none_or(|best| node.claims.finest_error < best.claims.finest_error)
-            {
-                best = Some(node);
+            let tile = self.build().node(square, reference, finest, sides, max_error)?;
+            let error = tile.finest_error();
+            if best.as_ref().is_none_or(|best| error < best.finest_error()) {
+                best = Some(tile);
             }
-            if keeps_the_error {
+            if self.plan.keeps_the_error(error) {
                 break;
             }
         }
@@ -344,7 +341,7 @@ impl<'a> Jobs<'a> {
     ///
     /// # Errors
     /// When samples cannot be read, or the children do not meet.
-    pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Node> {
+    pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Tile> {
         let georeference = self.georeference;
         let outside = || format!("tile {} is outside the raster", square.address());
         let [columns, rows] = &cells;
@@ -364,11 +361,14 @@ impl<'a> Jobs<'a> {
             plan.ground(),
             self.plan.bound,
         );
-        let largest = |value: fn(&Child) -> f64| children.iter().map(value).fold(0.0, f64::max);
+        let largest = |value: fn(&Lineage) -> f32| {
+            let values = children.iter().map(|child| f64::from(value(&child.lineage)));
+            values.fold(0.0, f64::max)
+        };
         let finest = Finest {
             mesh: self.welded(children)?,
-            outline_strayed: largest(|child| child.outline_strayed),
-            error: Some(largest(|child| child.coarsest_measured)),
+            outline_strayed: largest(|lineage| lineage.outline_strayed),
+            error: Some(largest(|lineage| lineage.coarsest_measured)),
         };
         let curves = self.curves_around(square)?;
         let sides = curves.each_ref().map(|curve| curve.as_ref());

@@ -1,15 +1,13 @@
 //! How rasters are to be read.
 
 use crate::progress::Progress;
+use crate::samples::Overrides;
 
 /// How to read.
 #[derive(Clone, Default)]
 pub struct ReadOptions {
-    /// Coordinate reference system to use instead of the files' own: a code as `EPSG:2056`, WKT, a PROJ string.
-    pub crs: Option<String>,
-    /// West, south, east, north edges of the outermost pixels, in units of the coordinate reference system, to use
-    /// instead of the files' own.
-    pub bounds: Option<[f64; 4]>,
+    /// What is used instead of what files say of themselves.
+    pub overrides: Overrides,
     /// What is too large.
     pub limits: RasterLimits,
     /// Is told of the samples read.
