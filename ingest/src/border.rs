@@ -12,6 +12,7 @@
 
 use glam::DVec2;
 use terrain_core::height_field::chain::fewest_vertices;
+use terrain_core::height_field::scan::crossings;
 use terrain_core::height_field::triangulate::stepped;
 use terrain_tiles::ellipsoid::MEAN_RADIUS;
 
@@ -286,17 +287,6 @@ fn distance_to_step(at: DVec2, &[from, to]: &[[i64; 2]; 2]) -> f64 {
     let way = to - from;
     let share = (at - from).dot(way) / way.length_squared().max(1.0);
     at.distance(from + way * share.clamp(0.0, 1.0))
-}
-
-/// Parameters in 0 … 1 at which a coordinate passes whole numbers on its way.
-fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let (low, high) = (from.min(to).ceil(), from.max(to).floor());
-    let count = if from == to {
-        0
-    } else {
-        (high - low + 1.0).max(0.0) as usize
-    };
-    (0..count).map(move |index| (low + index as f64 - from) / (to - from))
 }
 
 #[cfg(test)]

@@ -39,6 +39,7 @@ use terrain_core::streaming::multilevel::MultilevelLimits;
 use terrain_tiles::formats::polygons::{Column, PolygonLimits};
 use terrain_tiles::formats::x3d::Encoding;
 use terrain_tiles::formats::{obj, ply};
+use terrain_tiles::new_file::NewFile;
 
 pub use self::error::ModelError;
 use self::levels::LeveledModel;
@@ -47,7 +48,6 @@ use self::order::Order;
 pub use self::order::Target;
 use self::simplified::Way;
 use self::weld::welded;
-use crate::new_file::new_file_for;
 use crate::progress::Progress;
 
 /// What to make of a model.
@@ -193,14 +193,13 @@ fn write_level(input: &Path, level: Option<usize>, leveled: &LeveledModel, outpu
 
 /// Writes one level, all at once or not at all. `error`, if it is known, goes into a comment.
 fn write_ply(output: &Path, mesh: &Mesh, columns: &[Column], error: Option<f64>) -> io::Result<()> {
-    let mut file = new_file_for(output)?;
-    let mut out = BufWriter::new(file.as_file_mut());
     let note = error.map(|error| format!("terrain-ingest distance from the model at most {error}"));
+    let mut file = NewFile::create(output)?;
+    let mut out = BufWriter::new(file.file());
     ply::write(&mut out, &mesh.positions, columns, &mesh.triangles, note.as_deref())?;
     out.flush()?;
     drop(out);
-    file.persist(output)?;
-    Ok(())
+    file.finish()
 }
 
 fn leveled(input: &Path, options: &Options, form: Form, progress: &Progress) -> Result<(LeveledModel, Option<Way>)> {

@@ -30,7 +30,16 @@ pub enum TakeError {
     Read(#[from] ReadError),
     /// The store cannot be written or read.
     #[error(transparent)]
-    Store(#[from] anyhow::Error),
+    Store(anyhow::Error),
+}
+
+impl From<anyhow::Error> for TakeError {
+    fn from(error: anyhow::Error) -> Self {
+        match error.downcast() {
+            Ok(error) => Self::Read(error),
+            Err(error) => Self::Store(error),
+        }
+    }
 }
 
 impl StoredRaster {

@@ -1,16 +1,16 @@
 //! The progressive mesh file, `.spm`: all levels, compressed, of positions on a lattice.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
 use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spm::{self, ProgressiveMesh};
+use terrain_tiles::new_file::NewFile;
 
 use super::ModelError;
 use super::levels::{Lattice, LeveledModel};
-use crate::new_file::new_file_for;
 
 /// The longest side of a model is divided by two to this, or more where an error asks for it.
 const FEWEST_BITS: u32 = 16;
@@ -62,8 +62,7 @@ pub(super) fn write(output: &Path, leveled: &LeveledModel) -> Result<()> {
         }
         None => return write(output, &rounded(leveled, None)?),
     };
-    let mut file = new_file_for(output)?;
-    file.write_all(&bytes)?;
-    file.persist(output).map_err(io::Error::from)?;
-    Ok(())
+    let mut file = NewFile::create(output)?;
+    file.file().write_all(&bytes)?;
+    Ok(file.finish()?)
 }
