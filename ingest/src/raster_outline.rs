@@ -8,14 +8,22 @@
 //! No outline has a vertex in a strip then, but on the side or on the inner line.
 
 use glam::DVec2;
+use terrain_core::height_field::heights::Heights;
 
-use crate::border::BorderSource;
-use crate::lattice::STRIP;
+use crate::georeference::GeoReference;
+use crate::lattice::{Lattice, STRIP};
 
 /// Places along each axis of a rectangle that are looked up to find the cells under it.
 const PLACES: usize = 17;
 /// Cells around those.
 const CELLS_AROUND: f64 = 3.0;
+
+/// What sides and outlines are made from.
+pub(crate) struct BorderSource<'a> {
+    pub(crate) lattice: Lattice,
+    pub(crate) georeference: &'a GeoReference,
+    pub(crate) heights: Heights<'a>,
+}
 
 /// An edge of the grid at which the surface ends.
 #[derive(Clone, Copy, Debug)]
