@@ -25,7 +25,7 @@ use crate::topology::edge_collapse::{Edge, link_allows};
 /// Tolerances by which a vertex itself may be off the surface where the bound is at samples.
 pub(crate) const SPIKE: f64 = 2.0;
 /// Tolerances between the heights that samples ask for at red's place beyond which no other place is looked at: of
-/// thirty that are, one would do.
+/// forty that were, one would do.
 const WORTH_A_MOVE: f64 = 0.5;
 /// Heights tried for one place: where one fails between the points that constrained it, that place is a constraint, too.
 const CUTS: usize = 4;
