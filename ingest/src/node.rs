@@ -33,6 +33,8 @@ pub(crate) const MODEL_SHARE: f64 = 0.985;
 /// Share of an error that is added to what was measured: another program, which follows straight edges over the raster by
 /// other steps, may find so much more.
 const AGREEMENT: f64 = 1e-5;
+/// Share of a tolerance that most surfaces come to.
+const NEARLY: f64 = 0.9;
 /// Bands between a zoom's error and twice that.
 const RUNGS: i32 = 2;
 /// No triangle is lower than this in plan, lattice units.
@@ -106,7 +108,7 @@ impl Build<'_> {
             partition,
             outline_errors,
         };
-        let coarsest_measured = self.certify(square, &mut tile, finest.error);
+        let coarsest_measured = self.certify(square, &mut tile, finest.error, tolerance);
         tile.lineage = Lineage {
             name: 0,
             coarsest_measured: spt::rounded_up(coarsest_measured),
@@ -145,15 +147,16 @@ impl Build<'_> {
         Ok(())
     }
 
-    /// Fills in the error of every level: measured, and never smaller than that of a finer one. Tells what was measured of the
-    /// coarsest one.
-    fn certify(&self, square: Square, tile: &mut Tile, known: Option<f64>) -> f64 {
+    /// Fills in the error of every level: measured, and never smaller than that of a finer one; `tolerance` is the zoom's. Tells
+    /// what was measured of the coarsest one.
+    fn certify(&self, square: Square, tile: &mut Tile, known: Option<f64>, tolerance: f64) -> f64 {
         let interior = tile.interior_levels();
-        let full = known.unwrap_or_else(|| self.error_of(square, &tile.surface(tile.finest())));
+        let mut finer = tile.surface(tile.finest());
+        let full = known.unwrap_or_else(|| self.error_of(square, &finer, NEARLY * tolerance));
         let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
-        let (mut error, mut measured) = (full, full);
+        let (mut error, mut measured) = (full, Some(full));
         let count = tile.partition.levels.len();
-        let mut outline = tile.outline_errors[count - 1] + bulge(&tile.surface(tile.finest()));
+        let mut outline = tile.outline_errors[count - 1] + bulge(&finer);
         tile.partition.levels[count - 1].error = full;
         tile.outline_errors[count - 1] = outline;
         for level in (0..interior).rev() {
@@ -161,23 +164,37 @@ impl Build<'_> {
                 interior: level,
                 fine_sides: [false; 4],
             });
-            measured = self.error_of(square, &mesh);
-            error = error.max(measured);
+            let news = without_triangles_of(&mesh, &finer);
+            if !news.triangles.is_empty() {
+                measured = self.error_beyond(square, &news, error);
+                error = measured.unwrap_or(error);
+            }
             outline = outline.max(tile.outline_errors[level] + bulge(&mesh));
             let last = if level + 1 == interior { count - 1 } else { level + 1 };
             for index in level..last {
                 tile.partition.levels[index].error = error;
                 tile.outline_errors[index] = outline;
             }
+            finer = mesh;
         }
-        measured
+        measured.unwrap_or_else(|| self.error_of(square, &finer, NEARLY * error))
     }
 
-    fn error_of(&self, square: Square, mesh: &Mesh) -> f64 {
+    /// What a mesh is off, whatever it is; found out soonest where that is a little more than `guess`.
+    fn error_of(&self, square: Square, mesh: &Mesh, guess: f64) -> f64 {
+        let mut guesses = [guess, 0.0].into_iter();
+        guesses
+            .find_map(|guess| self.error_beyond(square, mesh, guess))
+            .unwrap_or(0.0)
+    }
+
+    /// What a mesh is off, if it is more than `floor`.
+    fn error_beyond(&self, square: Square, mesh: &Mesh, floor: f64) -> Option<f64> {
+        let geodetic = |position| self.geodetic(square, position);
         let measured = self
             .certifier
-            .vertical_error(mesh, |position| self.geodetic(square, position));
-        measured * (1.0 + AGREEMENT)
+            .vertical_error(mesh, geodetic, floor / (1.0 + AGREEMENT))?;
+        Some((measured * (1.0 + AGREEMENT)).max(floor))
     }
 
     pub(crate) fn geodetic(&self, square: Square, position: DVec3) -> Geodetic {
@@ -206,6 +223,17 @@ impl Build<'_> {
             Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * MEAN_RADIUS))
         });
         bulges.fold(0.0, f64::max)
+    }
+}
+
+/// Those triangles of a level that are not what they are in the next finer one, of which it has the first.
+fn without_triangles_of(mesh: &Mesh, finer: &Mesh) -> Mesh {
+    let places = |mesh: &Mesh, corners: [u32; 3]| corners.map(|corner| mesh.positions[corner as usize]);
+    let both = mesh.triangles.iter().zip(&finer.triangles);
+    let news = both.filter(|&(&here, &there)| places(mesh, here) != places(finer, there));
+    Mesh {
+        triangles: news.map(|(&corners, _)| corners).collect(),
+        positions: mesh.positions.clone(),
     }
 }
 

@@ -199,8 +199,8 @@ impl<'a> Relief<'a> {
 
     /// The level to begin with for what is that many cells long.
     fn level_for(&self, cells: f64) -> u8 {
-        let side = (cells / BLOCKS_ACROSS).max(1.0);
-        (side.log2().ceil() as u8).clamp(SMALLEST, self.top().max(SMALLEST))
+        let side = (cells / BLOCKS_ACROSS).ceil().max(1.0) as u32;
+        (side.next_power_of_two().trailing_zeros() as u8).clamp(SMALLEST, self.top().max(SMALLEST))
     }
 
     /// Calls `visit` with the place and height of samples in a triangle, or up to `margin` cells beside it: all those in blocks
@@ -373,6 +373,8 @@ struct Triangle {
     high: DVec2,
     /// Inner normals, and the least product with a place.
     sides: [(DVec2, f64); 3],
+    /// 1 over the normals' columns.
+    per_column: [f64; 3],
 }
 
 impl Triangle {
@@ -384,10 +386,12 @@ impl Triangle {
             let normal = (to - from).perp().normalize_or_zero() * turn;
             (normal, normal.dot(from) - margin)
         };
+        let sides = [side(a, b), side(b, c), side(c, a)];
         Self {
             low: a.min(b).min(c) - margin,
             high: a.max(b).max(c) + margin,
-            sides: [side(a, b), side(b, c), side(c, a)],
+            per_column: sides.map(|(normal, _)| 1.0 / normal.x),
+            sides,
         }
     }
 
@@ -395,12 +399,12 @@ impl Triangle {
     #[inline]
     fn columns(&self, row: f64) -> [f64; 2] {
         let mut found = [self.low.x, self.high.x];
-        for &(normal, least) in &self.sides {
+        for (&(normal, least), per_column) in self.sides.iter().zip(self.per_column) {
             let rest = least - normal.y * row;
             if normal.x > LEVEL {
-                found[0] = found[0].max(rest / normal.x);
+                found[0] = found[0].max(rest * per_column);
             } else if normal.x < -LEVEL {
-                found[1] = found[1].min(rest / normal.x);
+                found[1] = found[1].min(rest * per_column);
             } else if rest > LEVEL * self.high.x.abs().max(self.low.x.abs()) {
                 found[1] = f64::NEG_INFINITY;
             }
