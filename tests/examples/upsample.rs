@@ -3,7 +3,7 @@
 //! ```sh
 //! cargo run --release -p terrain-tests --example upsample -- S33W071.tif 10801 upsampled.tif
 //! ```
-//! Float32 heights, deflated strips, WGS84; the outermost samples stay where they are.
+//! Float32 heights, strips, WGS84; the outermost samples stay where they are.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -14,8 +14,7 @@ use clap::Parser;
 use glam::DVec2;
 use rayon::prelude::*;
 use terrain_ingest::{HeightGrid, ReadOptions, raster};
-use tiff::encoder::compression::DeflateLevel;
-use tiff::encoder::{Compression, TiffEncoder, TiffKindBig, colortype};
+use tiff::encoder::{TiffEncoder, TiffKindBig, colortype};
 use tiff::tags::Tag;
 
 /// Rows of a strip.
@@ -44,7 +43,7 @@ fn main() -> Result<()> {
 
 fn write(grid: &HeightGrid, size: usize, output: &Path) -> Result<()> {
     let file = BufWriter::new(File::create(output)?);
-    let mut tiff = TiffEncoder::new_big(file)?.with_compression(Compression::Deflate(DeflateLevel::Fast));
+    let mut tiff = TiffEncoder::new_big(file)?;
     let mut image = tiff.new_image::<colortype::Gray32Float>(size as u32, size as u32)?;
     image.rows_per_strip(STRIP as u32)?;
     write_place(image.encoder(), grid, size)?;
