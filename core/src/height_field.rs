@@ -11,6 +11,7 @@ pub(crate) mod collapse;
 pub(crate) mod fan;
 pub(crate) mod filters;
 pub mod finer;
+pub mod ground;
 pub mod heights;
 pub(crate) mod improve;
 pub(crate) mod interval;

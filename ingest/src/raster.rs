@@ -20,7 +20,7 @@ pub use error::ReadError;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
-use crate::samples::{Provenance, Raster, Rectangle};
+use crate::samples::{Extremes, Provenance, Raster, Rectangle};
 use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
@@ -29,6 +29,9 @@ use mosaic::Mosaic;
 const HIGHEST: f64 = 100_000.0;
 /// Metres; the Challenger Deep is at −10,935 (Greenaway et al., 2021). Lower samples are kept, with a remark.
 const DEEPEST: f32 = -11_000.0;
+
+/// Metres below all others from which on a lowest sample is remarked.
+const FAR_BELOW: f32 = 500.0;
 
 /// Samples that one reader takes at once: 8 MiB of f64.
 const SAMPLES_AT_ONCE: usize = 1 << 20;
@@ -128,7 +131,7 @@ impl Rasters {
         self.progress.stage("reading samples", (columns * rows) as u64);
         let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
         self.progress.done();
-        self.remark(heights.iter().copied().fold(f32::INFINITY, f32::min), &wild)?;
+        self.remark(Extremes::of(&heights), &wild)?;
         Ok(HeightGrid {
             columns,
             rows,
@@ -149,14 +152,6 @@ impl Rasters {
             self.progress.note(&format!(
                 "{path}: {wild} samples are infinite or beyond ±{kilometres} km and count as voids; is a nodata value missing?"
             ));
-        }
-    }
-
-    /// Remarks on a lowest sample below every sea floor.
-    fn note_deep(&self, lowest: f32) {
-        if lowest < DEEPEST {
-            let note = format!("the lowest sample is {lowest} m, below every sea floor; is a nodata value missing?");
-            self.progress.note(&note);
         }
     }
 
@@ -238,14 +233,13 @@ impl Raster for Rasters {
         }
     }
 
-    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError> {
+    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
         self.note_wild(wild);
-        self.note_deep(lowest);
-        if lowest.is_finite() {
-            Ok(())
-        } else {
-            Err(self.all_void())
+        let extremes = extremes.ok_or_else(|| self.all_void())?;
+        if let Some(note) = note_of_low(&extremes) {
+            self.progress.note(&note);
         }
+        Ok(())
     }
 
     /// Path, size and time of the last change of each file, and how they are read.
@@ -253,6 +247,30 @@ impl Raster for Rasters {
         let stamps: Vec<String> = self.paths().map(stamp_of).collect();
         format!("{} {}", stamps.join(" "), self.reading)
     }
+}
+
+/// A remark on lowest samples that are likely to stand for voids: below every sea floor, or several alike and farther below all
+/// others than these are apart.
+fn note_of_low(extremes: &Extremes) -> Option<String> {
+    let &Extremes {
+        lowest,
+        lowest_count: count,
+        second_lowest,
+        highest,
+    } = extremes;
+    let is_apart = second_lowest.is_some_and(|second| {
+        let gap = second - lowest;
+        count > 1 && gap > FAR_BELOW && gap > highest - second
+    });
+    let why = match () {
+        () if lowest < DEEPEST => "below every sea floor",
+        () if is_apart => "far below all others",
+        () => return None,
+    };
+    Some(format!(
+        "samples at {lowest} m, {why}: {count}; they are taken for heights. If {lowest} means that there is none, say so in the \
+         file: gdal_edit.py -a_nodata {lowest} FILE"
+    ))
 }
 
 fn stamp_of(path: &Path) -> String {

@@ -14,6 +14,7 @@ use crate::height_field::fan::Fan;
 use crate::height_field::filters::{self, is_upright};
 use crate::height_field::finer::SurfacePoint;
 use crate::height_field::interval::Interval;
+use crate::height_field::outline::Strays;
 use crate::height_field::reference::{Bound, GridPoint, Piece, Reference};
 use crate::height_field::samples::Sample;
 use crate::height_field::simplify::{Allowance, Shape, Simplifier, VertexKind};
@@ -135,7 +136,7 @@ struct Seen {
 pub(crate) struct Chosen {
     pub(crate) red: u32,
     place: Place,
-    strays: f64,
+    strays: Strays,
 }
 
 impl Simplifier<'_> {
@@ -153,12 +154,12 @@ impl Simplifier<'_> {
             return None;
         }
         let strays = self.strays(edge);
-        if strays > allowance.outline {
+        if strays.metres > allowance.outline {
             return None;
         }
         self.surround(edge, scratch);
         scratch.others.clear();
-        let place = if strays > 0.0 {
+        let place = if !strays.is_straight {
             self.place_along_outline(edge, at_red, shape, scratch)
         } else {
             scratch.has_others = self.keeps_height(edge.red);
@@ -246,12 +247,12 @@ impl Simplifier<'_> {
         !is_touched
     }
 
-    /// How far the outline would stray, metres.
-    fn strays(&self, edge: Edge) -> f64 {
+    /// How far the outline would stray.
+    fn strays(&self, edge: Edge) -> Strays {
         if self.kinds[edge.blue as usize] == VertexKind::Outline {
-            self.outline.strays(self.surface.reference, edge.blue, edge.red)
+            self.outline.strays(self.surface.reference.ground, edge.blue, edge.red)
         } else {
-            0.0
+            Strays::NONE
         }
     }
 
@@ -451,7 +452,7 @@ impl Simplifier<'_> {
             });
         }
         self.clear_samples(blue);
-        if place.plan == self.surface.plan(red) && strays == 0.0 {
+        if place.plan == self.surface.plan(red) && strays.is_straight {
             // Red's other triangles are in plan what they were.
             scratch.others.clear();
         } else {
@@ -460,8 +461,8 @@ impl Simplifier<'_> {
         self.surface.connectivity.collapse(blue, red);
         self.surface.put(red, place.plan, place.point);
         self.outline.remove(blue);
-        self.outline_strayed = self.outline_strayed.max(strays);
-        if strays > 0.0 {
+        self.outline_strayed = self.outline_strayed.max(strays.metres);
+        if !strays.is_straight {
             scratch.clear_samples();
             scratch.ring.surround(&self.surface, red);
             self.gather_under(place.point.grid, scratch);

@@ -15,6 +15,8 @@ use crate::tin::bound_name;
 const ALGORITHM: u32 = 1;
 /// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
 const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
+/// Cells are taken to be no longer than this: beside a pole columns meet.
+const MOST_LENGTHENED: f64 = 10.0;
 /// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
 
@@ -68,7 +70,8 @@ pub(crate) struct Plan {
 impl Plan {
     pub(crate) fn new(georeference: &GeoReference, size: [usize; 2], relief: Relief, options: &Options) -> Self {
         let centre = DVec2::new(size[0] as f64 - 1.0, size[1] as f64 - 1.0) / 2.0;
-        let cell = georeference.cell_metres(centre).min_element();
+        let sides = georeference.cell_metres(centre);
+        let cell = sides.min_element().max(sides.max_element() / MOST_LENGTHENED);
         let max_error = options.max_error.unwrap_or_else(|| default_error(cell));
         let lattice = lattice(cell, max_error, relief);
         let parameters = format!(
