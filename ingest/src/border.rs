@@ -12,23 +12,15 @@
 
 use glam::DVec2;
 use terrain_core::height_field::chain::fewest_vertices;
-use terrain_core::height_field::heights::Heights;
+use terrain_core::height_field::scan::crossings;
 use terrain_core::height_field::triangulate::stepped;
 use terrain_tiles::ellipsoid::MEAN_RADIUS;
 
-use crate::georeference::GeoReference;
 use crate::lattice::{Edge, Lattice, STRIP};
-use crate::raster_outline::{crossing, is_bounded};
+use crate::raster_outline::{BorderSource, crossing, is_bounded};
 
 /// Places beside a side that may tell whether there is surface, four strips' widths apart.
 const PLACES_ACROSS: i32 = 12;
-
-/// What a curve is made from.
-pub(crate) struct BorderSource<'a> {
-    pub(crate) lattice: Lattice,
-    pub(crate) georeference: &'a GeoReference,
-    pub(crate) heights: Heights<'a>,
-}
 
 /// A side's runs from its start to its end.
 #[derive(Clone, Debug, Default)]
@@ -118,21 +110,14 @@ impl BorderCurve {
 }
 
 impl BorderSource<'_> {
-    /// Longitude and latitude of a place on a side, moved sideways by some lattice units.
-    fn geographic(&self, edge: Edge, along: f64, sideways: f64) -> DVec2 {
-        self.lattice.geographic(self.global(edge, along, sideways))
-    }
-
-    fn global(&self, edge: Edge, along: f64, sideways: f64) -> DVec2 {
-        global(self.lattice, edge, along, sideways)
-    }
-
-    fn grid(&self, edge: Edge, along: f64) -> DVec2 {
-        self.georeference.grid(self.geographic(edge, along, 0.0))
+    /// Grid coordinates of a place on a side.
+    fn grid_at(&self, edge: Edge, along: f64) -> DVec2 {
+        let place = global(self.lattice, edge, along, 0.0);
+        self.georeference.grid(self.lattice.geographic(place))
     }
 
     fn point(&self, edge: Edge, along: i64) -> (i64, f64) {
-        let height = self.height_at(self.global(edge, along as f64, 0.0));
+        let height = self.height_at(global(self.lattice, edge, along as f64, 0.0));
         (along, stepped(height, self.lattice.height_step()))
     }
 
@@ -141,7 +126,7 @@ impl BorderSource<'_> {
     fn stretches(&self, edge: Edge) -> Vec<(Run, [i64; 2])> {
         let length = self.lattice.extent(edge.zoom);
         let (start, line) = (edge.along * length, edge.line * length);
-        let ends = [0, length].map(|along| self.global(edge, (start + along) as f64, 0.0));
+        let ends = [0, length].map(|along| global(self.lattice, edge, (start + along) as f64, 0.0));
         // Seen from a parallel, what was left is right.
         let seen = |[x, y]: [i64; 2]| {
             if edge.is_meridian {
@@ -191,7 +176,7 @@ impl BorderSource<'_> {
                     .then(b.abs().total_cmp(&a.abs()))
             });
             let start = (edge.along * self.lattice.extent(edge.zoom)) as f64;
-            let place = self.global(edge, start + along, best.unwrap_or(0.0));
+            let place = global(self.lattice, edge, start + along, best.unwrap_or(0.0));
             let cell = self.georeference.grid(self.lattice.geographic(place)).floor();
             self.heights.cell_is_valid(cell.x as i64, cell.y as i64)
         })
@@ -201,15 +186,15 @@ impl BorderSource<'_> {
     fn breakpoints(&self, edge: Edge) -> Vec<i64> {
         let length = self.lattice.extent(edge.zoom);
         let (start, end) = (edge.along * length, (edge.along + 1) * length);
-        let cells = (self.grid(edge, end as f64) - self.grid(edge, start as f64))
+        let cells = (self.grid_at(edge, end as f64) - self.grid_at(edge, start as f64))
             .abs()
             .max_element();
         let stretches = cells.ceil().clamp(1.0, 65_536.0);
         let mut found = vec![start, end];
-        let mut from = self.grid(edge, start as f64);
+        let mut from = self.grid_at(edge, start as f64);
         for stretch in 0..stretches as i64 {
             let at = |stretch: i64| start as f64 + length as f64 * stretch as f64 / stretches;
-            let to = self.grid(edge, at(stretch + 1));
+            let to = self.grid_at(edge, at(stretch + 1));
             for t in crossings(from.x, to.x).chain(crossings(from.y, to.y)) {
                 found.push((at(stretch) + t * (at(stretch + 1) - at(stretch))).round() as i64);
             }
@@ -302,17 +287,6 @@ fn distance_to_step(at: DVec2, &[from, to]: &[[i64; 2]; 2]) -> f64 {
     let way = to - from;
     let share = (at - from).dot(way) / way.length_squared().max(1.0);
     at.distance(from + way * share.clamp(0.0, 1.0))
-}
-
-/// Parameters in 0 … 1 at which a coordinate passes whole numbers on its way.
-fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let (low, high) = (from.min(to).ceil(), from.max(to).floor());
-    let count = if from == to {
-        0
-    } else {
-        (high - low + 1.0).max(0.0) as usize
-    };
-    (0..count).map(move |index| (low + index as f64 - from) / (to - from))
 }
 
 #[cfg(test)]

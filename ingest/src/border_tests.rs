@@ -1,7 +1,9 @@
 use glam::DVec2;
 
 use super::*;
+use crate::georeference::GeoReference;
 use crate::lattice::Square;
+use terrain_core::height_field::heights::Heights;
 use terrain_tiles::address::Side;
 
 const LATTICE: Lattice = Lattice {

@@ -14,9 +14,9 @@
 //! The difference from a bilinear cell or block is, but for the curvature, a bilinear function without summits of its own.
 
 mod curvature;
+mod place;
 mod stretch;
-
-use std::cell::Cell;
+mod worst;
 
 use glam::{DVec2, DVec3};
 use terrain_core::Mesh;
@@ -27,7 +27,9 @@ use terrain_tiles::ellipsoid::{self, Geodetic};
 
 use crate::georeference::GeoReference;
 use curvature::Curvature;
+use place::Place;
 use stretch::Stretch;
+use worst::Worst;
 
 /// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
 const BESIDE: f64 = 1e-3;
@@ -39,20 +41,6 @@ const AROUND: f64 = 0.02;
 const NEARLY_STRAIGHT: f64 = 0.5;
 /// Samples around the surface that it may need.
 const MARGIN: f64 = 3.0;
-/// Degrees from a pole within which a vertex is there: its longitude is none.
-const AT_A_POLE: f64 = 1e-9;
-
-/// A vertex on the Earth and on the raster.
-#[derive(Clone, Copy)]
-struct Place {
-    space: DVec3,
-    /// The ellipsoid's normal.
-    up: DVec3,
-    longitude: f64,
-    height: f64,
-    grid: DVec2,
-    is_pole: bool,
-}
 
 /// Measures surfaces against one raster.
 pub(crate) struct Certifier<'a> {
@@ -133,7 +121,7 @@ impl<'a> Certifier<'a> {
         let places: Vec<Place> = surface
             .positions
             .iter()
-            .map(|&position| self.place(geodetic(position)))
+            .map(|&position| Place::of(geodetic(position), self.georeference))
             .collect();
         let mut measure = Measure::new(self, &surface.triangles, &places);
         for corners in &surface.triangles {
@@ -143,19 +131,6 @@ impl<'a> Certifier<'a> {
             measure.all_edges();
         }
         measure.worst
-    }
-
-    fn place(&self, geodetic: Geodetic) -> Place {
-        Place {
-            space: ellipsoid::to_earth_centred(geodetic),
-            up: ellipsoid::normal(geodetic.longitude, geodetic.latitude),
-            longitude: geodetic.longitude,
-            height: geodetic.height,
-            grid: self
-                .georeference
-                .grid(DVec2::new(geodetic.longitude, geodetic.latitude)),
-            is_pole: geodetic.latitude.abs() >= 90.0 - AT_A_POLE,
-        }
     }
 }
 
@@ -295,11 +270,6 @@ impl<'a> Measure<'a> {
     }
 }
 
-/// Whether a bound is more than the worst so far; what is no number may be.
-fn is_beyond(bound: f64, worst: f64) -> bool {
-    bound.is_nan() || bound > worst
-}
-
 fn ordered(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
@@ -333,7 +303,7 @@ impl Plane<'_> {
     /// The larger of `worst` and the largest difference at a sample under the triangle; `grid` is where it may be.
     fn deviation(&self, relief: &Relief, curvature: &Curvature, grid: [DVec2; 3], margin: f64, worst: f64) -> f64 {
         let per_squared_side = curvature.in_block(1.0, self.steepness());
-        let worst = Cell::new(worst);
+        let worst = Worst::new(worst);
         let may_matter = |block: &Block| {
             if !self.certifier.reaches(block) {
                 return true;
@@ -346,7 +316,7 @@ impl Plane<'_> {
             }
             let between = per_squared_side * block.side * block.side;
             let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
-            is_beyond(size + between, worst.get())
+            worst.may_grow(size + between)
         };
         let [a, b, c] = self.corners;
         let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).length()));

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use terrain_core::height_field::chunks::{Chunks, top_over};
 use terrain_core::height_field::relief::{CHUNK, CORNERS, Chunk};
 
+use crate::progress::Progress;
 use crate::samples::{Extremes, Raster, Samples, Window};
 use crate::store::{Name, Store};
 
@@ -80,16 +81,16 @@ struct BandRecord {
     /// Column and row of each chunk with a height, and the hash of its samples.
     chunks: Vec<(u32, u32, String)>,
     extremes: Option<Extremes>,
-    /// For each file how many samples became void because they cannot be heights.
+    /// For each file that reaches into it how many samples became void because they cannot be heights.
     wild: Vec<usize>,
 }
 
 /// The samples of opened rasters while they are brought into a store.
 pub(crate) struct Intake<'a> {
-    pub(crate) raster: &'a dyn Raster,
-    pub(crate) store: &'a Store,
-    /// What the names of bands begin from: the files, and how they are read.
-    pub(crate) name: Name,
+    raster: &'a dyn Raster,
+    store: &'a Store,
+    /// What the names of bands begin from: each file, and how it is read.
+    stamps: Vec<String>,
 }
 
 /// What was taken into the store, and what is remarkable of it that cannot be heights.
@@ -100,7 +101,15 @@ pub(crate) struct Taken {
     pub(crate) wild: Vec<usize>,
 }
 
-impl Intake<'_> {
+impl<'a> Intake<'a> {
+    pub(crate) fn new(raster: &'a dyn Raster, store: &'a Store) -> Self {
+        Self {
+            raster,
+            store,
+            stamps: raster.stamps(),
+        }
+    }
+
     /// Lattice coordinates of the raster's first sample.
     fn corner(&self) -> [usize; 2] {
         self.raster.origin().map(|origin| (origin + FIRST) as usize)
@@ -143,31 +152,47 @@ impl Intake<'_> {
     }
 
     /// Brings all bands into the store, those that are not there yet.
-    pub(crate) fn take(&self, bands: &[Band]) -> Result<Taken> {
+    pub(crate) fn take(&self, bands: &[Band], progress: &Progress) -> Result<Taken> {
         let mut taken = Taken {
             names: BTreeMap::new(),
             extremes: None,
-            wild: Vec::new(),
+            wild: vec![0; self.raster.extents().len()],
         };
         for band in bands {
-            let record = self.record(band)?;
+            let record = self.record(band, progress)?;
             for (x, y, name) in &record.chunks {
-                let name = u128::from_str_radix(name, 16).context("a record of chunks is damaged")?;
-                taken.names.insert(ChunkId { level: 0, x: *x, y: *y }, Name(name));
+                let name = Name::parse(name).context("a record of chunks is damaged")?;
+                taken.names.insert(ChunkId { level: 0, x: *x, y: *y }, name);
             }
             let both = taken.extremes.into_iter().chain(record.extremes);
             taken.extremes = both.reduce(Extremes::with);
-            taken.wild.resize(record.wild.len(), 0);
-            taken
-                .wild
-                .iter_mut()
-                .zip(&record.wild)
-                .for_each(|(all, more)| *all += more);
+            for (file, wild) in self.files_in(band).into_iter().zip(record.wild) {
+                taken.wild[file] += wild;
+            }
         }
         Ok(taken)
     }
 
-    fn record(&self, band: &Band) -> Result<BandRecord> {
+    /// Numbers of the files that reach into a band.
+    fn files_in(&self, band: &Band) -> Vec<usize> {
+        let extents = self.raster.extents().into_iter().enumerate();
+        extents
+            .filter(|(_, extent)| samples_of(extent, band) > 0)
+            .map(|(file, _)| file)
+            .collect()
+    }
+
+    /// Samples of all files in a band.
+    fn samples_in(&self, band: &Band) -> u64 {
+        self.raster
+            .extents()
+            .iter()
+            .map(|extent| samples_of(extent, band))
+            .sum()
+    }
+
+    /// Where a band's record is, named by the files in it and its place on the lattice.
+    fn key(&self, band: &Band) -> String {
         let [left, top] = self.corner();
         let place = [
             left + band.columns.start,
@@ -175,9 +200,22 @@ impl Intake<'_> {
             band.columns.len(),
             band.rows.len(),
         ];
-        let name = Name::of([self.name.bytes().as_slice(), format!("{place:?}").as_bytes()]);
-        let key = format!("bands/{name}.json");
+        let files = self.files_in(band).into_iter().map(|file| self.stamps[file].as_bytes());
+        format!(
+            "bands/{}.json",
+            Name::of(files.chain([format!("{place:?}").as_bytes()]))
+        )
+    }
+
+    /// Whether a band is in the store.
+    pub(crate) fn has(&self, band: &Band) -> Result<bool> {
+        self.store.has(&self.key(band))
+    }
+
+    fn record(&self, band: &Band, progress: &Progress) -> Result<BandRecord> {
+        let key = self.key(band);
         if let Some(bytes) = self.store.get(&key)? {
+            progress.skip(self.samples_in(band));
             return serde_json::from_slice(&bytes).with_context(|| key);
         }
         let record = self.read(band)?;
@@ -219,12 +257,43 @@ impl Intake<'_> {
             Ok(Some((x as u32, y as u32, name.to_string())))
         };
         let chunks: Result<Vec<_>> = ids.into_par_iter().map(put).filter_map(Result::transpose).collect();
+        let wild = self
+            .files_in(band)
+            .into_iter()
+            .map(|file| rectangle.wild[file])
+            .collect();
         Ok(BandRecord {
             chunks: chunks?,
             extremes: Extremes::of(&rectangle.heights),
-            wild: rectangle.wild,
+            wild,
         })
     }
+}
+
+/// Samples of a file in a band.
+fn samples_of([columns, rows]: &[Range<usize>; 2], band: &Band) -> u64 {
+    let common = |a: &Range<usize>, b: &Range<usize>| a.end.min(b.end).saturating_sub(a.start.max(b.start)) as u64;
+    common(columns, &band.columns) * common(rows, &band.rows)
+}
+
+fn top_level(size: [usize; 2]) -> u8 {
+    top_over(size).clamp(1, MOST_LEVELS)
+}
+
+/// The chunks of a level, or of the top one if it is lower, that samples of the files may be in.
+pub(crate) fn chunks_over_files(raster: &dyn Raster, level: u8) -> Vec<ChunkId> {
+    let level = level.min(top_level(raster.size()));
+    let corner = raster.origin().map(|origin| (origin + FIRST) as usize);
+    let shift = CHUNK.ilog2() + u32::from(level);
+    let mut found = BTreeSet::new();
+    for [columns, rows] in raster.extents() {
+        let span = |range: &Range<usize>, axis: usize| {
+            ((corner[axis] + range.start) >> shift) as u32..=((corner[axis] + range.end - 1) >> shift) as u32
+        };
+        let across = span(&columns, 0);
+        found.extend(span(&rows, 1).flat_map(|y| across.clone().map(move |x| ChunkId { level, x, y })));
+    }
+    found.into_iter().collect()
 }
 
 /// Columns, or rows, of the raster in one chunk, as far as a range reaches.
@@ -270,7 +339,7 @@ impl ChunkedRaster {
     pub(crate) fn new(intake: &Intake, samples: BTreeMap<ChunkId, Name>, memory: u64) -> Self {
         let cache = |bytes: u64| bytes.max(1 << 20);
         let size = intake.raster.size();
-        let top_level = top_over(size).clamp(1, MOST_LEVELS);
+        let top_level = top_level(size);
         let of_top = CHUNK << top_level;
         let align = |corner: usize| corner / of_top * of_top;
         let corner = intake.corner().map(align);
@@ -324,24 +393,55 @@ impl ChunkedRaster {
     }
 
     /// Makes the chunks above the samples that are not in the store yet.
-    pub(crate) fn make_relief(&self) -> Result<()> {
-        for level in 1..=self.top_level {
-            let of_level = ChunkId { level, x: 0, y: 0 }..ChunkId {
-                level: level + 1,
-                x: 0,
-                y: 0,
-            };
-            let ids: Vec<(&ChunkId, &Name)> = self.names.range(of_level).collect();
-            ids.into_par_iter()
-                .try_for_each(|(&id, &name)| self.make_chunk(id, name))?;
-        }
+    pub(crate) fn make_relief(&self, progress: &Progress) -> Result<()> {
+        progress.stage("bounding blocks", self.chunks_of(1).len() as u64);
+        let top = self.chunks_of(self.top_level).into_par_iter();
+        top.try_for_each(|id| self.make_chunk(id, progress))?;
+        progress.done();
         Ok(())
     }
 
-    fn make_chunk(&self, id: ChunkId, name: Name) -> Result<()> {
+    /// The chunks of a level that have a height.
+    pub(crate) fn chunks_of(&self, level: u8) -> Vec<ChunkId> {
+        let first = |level: u8| ChunkId { level, x: 0, y: 0 };
+        self.names
+            .range(first(level)..first(level + 1))
+            .map(|(&id, _)| id)
+            .collect()
+    }
+
+    /// How many chunks just above the samples are under one, itself included.
+    fn lowest_under(&self, id: ChunkId) -> u64 {
+        match (self.names.contains_key(&id), id.level) {
+            (false, _) => 0,
+            (true, 0 | 1) => 1,
+            (true, _) => id.parts().into_iter().map(|part| self.lowest_under(part)).sum(),
+        }
+    }
+
+    /// Whether a chunk above the samples, and so all below it, is in the store.
+    pub(crate) fn is_made(&self, id: ChunkId) -> Result<bool> {
+        match self.names.get(&id) {
+            Some(&name) => self.store.has(&relief_key(id, name)),
+            None => Ok(true),
+        }
+    }
+
+    /// Makes a chunk above the samples and all below it, unless it is there: it is put there last.
+    pub(crate) fn make_chunk(&self, id: ChunkId, progress: &Progress) -> Result<()> {
+        let Some(&name) = self.names.get(&id) else {
+            return Ok(());
+        };
         let key = relief_key(id, name);
         if self.store.has(&key)? {
+            progress.skip(self.lowest_under(id));
             return Ok(());
+        }
+        if id.level > 1 {
+            let parts = id.parts().into_par_iter();
+            parts.try_for_each(|part| self.make_chunk(part, progress))?;
+        } else {
+            progress.advance(1);
         }
         let parts = id.parts().map(|part| self.chunk_at(part));
         let [a, b, c, d] = parts;
@@ -361,18 +461,21 @@ impl ChunkedRaster {
     /// # Errors
     /// When the store cannot be read.
     pub(crate) fn steepest(&self) -> Result<f32> {
-        let top = self.names.range(
-            ChunkId {
-                level: self.top_level,
-                x: 0,
-                y: 0,
-            }..,
-        );
         let mut steepest: f32 = 0.0;
-        for (&id, _) in top {
+        for id in self.chunks_of(self.top_level) {
             steepest = steepest.max(self.chunk_at(id)?.map_or(0.0, |chunk| chunk.steepest));
         }
         Ok(steepest)
+    }
+
+    /// The highest level of chunks: all samples are in a few of its blocks.
+    pub(crate) fn top(&self) -> u8 {
+        self.top_level
+    }
+
+    /// Where a rectangle is on the lattice of chunks.
+    pub(crate) fn on_lattice(&self, cells: &[Range<usize>; 2]) -> [Range<usize>; 2] {
+        [0, 1].map(|axis| self.corner[axis] + cells[axis].start..self.corner[axis] + cells[axis].end)
     }
 
     /// Columns and rows before the first sample: the raster's own are counted from there.
@@ -483,20 +586,59 @@ impl ChunkedRaster {
     }
 }
 
-impl Chunks for ChunkedRaster {
+/// Chunks under a rectangle of the raster, in columns and rows that are counted from a place on the lattice of chunks that
+/// follows from the rectangle alone: what is computed from them is the same whatever else the raster holds.
+pub(crate) struct ChunkView<'a> {
+    raster: &'a ChunkedRaster,
+    /// Lattice coordinates from where it counts.
+    first: [usize; 2],
+    size: [usize; 2],
+    top_level: u8,
+}
+
+impl<'a> ChunkView<'a> {
+    /// Chunks of all levels up to one, as far as the raster has them, under the columns and rows of a rectangle.
+    pub(crate) fn new(raster: &'a ChunkedRaster, cells: &[Range<usize>; 2], level: u8) -> Self {
+        let level = level.min(MOST_LEVELS);
+        let step = CHUNK << level;
+        let first = [0, 1].map(|axis| (raster.corner[axis] + cells[axis].start) / step * step);
+        Self {
+            raster,
+            first,
+            size: [0, 1].map(|axis| raster.corner[axis] + cells[axis].end - first[axis]),
+            top_level: level.min(raster.top_level),
+        }
+    }
+
+    /// The rectangle in the view's columns and rows.
+    pub(crate) fn cells(&self, cells: &[Range<usize>; 2]) -> [Range<usize>; 2] {
+        [0, 1].map(|axis| {
+            let at = |cell: usize| self.raster.corner[axis] + cell - self.first[axis];
+            at(cells[axis].start)..at(cells[axis].end)
+        })
+    }
+
+    /// Column and row, on the lattice as georeferences count it, of the view's first.
+    pub(crate) fn origin(&self) -> [i64; 2] {
+        self.first.map(|first| first as i64 - FIRST)
+    }
+}
+
+impl Chunks for ChunkView<'_> {
     fn size(&self) -> [usize; 2] {
         self.size
     }
 
     fn chunk(&self, level: u8, x: usize, y: usize) -> Option<Arc<Chunk>> {
         let shift = CHUNK.ilog2() + u32::from(level);
+        let at = |axis: usize, chunk: usize| ((self.first[axis] >> shift) + chunk) as u32;
         let id = ChunkId {
             level,
-            x: ((self.corner[0] >> shift) + x) as u32,
-            y: ((self.corner[1] >> shift) + y) as u32,
+            x: at(0, x),
+            y: at(1, y),
         };
-        self.chunk_at(id).unwrap_or_else(|error| {
-            self.fault.get_or_init(|| format!("{error:#}"));
+        self.raster.chunk_at(id).unwrap_or_else(|error| {
+            self.raster.fault.get_or_init(|| format!("{error:#}"));
             None
         })
     }

@@ -76,19 +76,21 @@ impl Raster for Shifted {
         self.grid.remark(extremes, wild)
     }
 
-    fn stamp(&self) -> String {
-        self.grid.stamp()
+    fn stamps(&self) -> Vec<String> {
+        self.grid.stamps()
     }
 }
 
 fn taken(raster: &Shifted, store: &Store) -> ChunkedRaster {
-    let intake = Intake {
-        raster,
-        store,
-        name: Name::of([raster.stamp().as_bytes()]),
-    };
-    let taken = intake.take(&intake.bands()).unwrap();
+    let intake = Intake::new(raster, store);
+    let taken = intake.take(&intake.bands(), &Progress::silent()).unwrap();
     ChunkedRaster::new(&intake, taken.names, 1 << 24)
+}
+
+/// All of it, counted as the raster counts.
+fn whole(chunked: &ChunkedRaster) -> ChunkView<'_> {
+    let [columns, rows] = Samples::size(chunked);
+    ChunkView::new(chunked, &[0..columns, 0..rows], chunked.top())
 }
 
 fn store() -> (TempDir, Store) {
@@ -145,8 +147,9 @@ fn chunks_of_every_level_hold_the_samples_at_their_corners_and_the_steepest_step
     let (_folder, store) = store();
     let raster = Shifted::new(600, 300, [-300, 70]);
     let chunked = taken(&raster, &store);
-    chunked.make_relief().unwrap();
+    chunked.make_relief(&Progress::silent()).unwrap();
     let [left, top] = chunked.before();
+    let whole = whole(&chunked);
     let mut seams = 0;
     for level in 0..=chunked.top() {
         let step = 1 << level;
@@ -156,7 +159,7 @@ fn chunks_of_every_level_hold_the_samples_at_their_corners_and_the_steepest_step
                 continue;
             }
             let [x, y] = [x / step, y / step];
-            let chunk = Chunks::chunk(&chunked, level, x / CHUNK, y / CHUNK).unwrap();
+            let chunk = whole.chunk(level, x / CHUNK, y / CHUNK).unwrap();
             let sample = chunk.sample(x % CHUNK, y % CHUNK);
             assert!(
                 same(&[sample], &[raster.grid.height(column, row)]),
@@ -164,7 +167,7 @@ fn chunks_of_every_level_hold_the_samples_at_their_corners_and_the_steepest_step
             );
             if x % CHUNK == 0 && column > 0 {
                 // The chunk before has the corner, too.
-                let chunk = Chunks::chunk(&chunked, level, x / CHUNK - 1, y / CHUNK).unwrap();
+                let chunk = whole.chunk(level, x / CHUNK - 1, y / CHUNK).unwrap();
                 seams += 1;
                 assert!(
                     same(&[chunk.sample(CHUNK, y % CHUNK)], &[sample]),
@@ -187,11 +190,34 @@ fn chunks_of_every_level_hold_the_samples_at_their_corners_and_the_steepest_step
 }
 
 #[test]
+fn a_view_counts_from_the_same_place_whatever_else_the_raster_holds() {
+    let (_folder, store) = store();
+    let (alone, beside) = (Shifted::new(600, 300, [0, 0]), Shifted::new(1500, 900, [-700, -500]));
+    let [alone, beside] = [&alone, &beside].map(|raster| taken(raster, &store));
+    // The same rectangle of the lattice in both.
+    let in_raster = |raster: &ChunkedRaster, first: [usize; 2]| {
+        [0, 1].map(|axis| raster.before()[axis] + first[axis]..raster.before()[axis] + first[axis] + 100)
+    };
+    let of_alone = in_raster(&alone, [300, 150]);
+    let of_beside = in_raster(&beside, [1000, 650]);
+    assert_eq!(alone.on_lattice(&of_alone), beside.on_lattice(&of_beside));
+    for level in [0, 3, 9] {
+        let views = [
+            ChunkView::new(&alone, &of_alone, level),
+            ChunkView::new(&beside, &of_beside, level),
+        ];
+        assert_eq!(views[0].origin(), views[1].origin(), "level {level}");
+        assert_eq!(views[0].size(), views[1].size());
+        assert_eq!(views[0].cells(&of_alone), views[1].cells(&of_beside));
+    }
+}
+
+#[test]
 fn a_chunk_that_is_gone_or_damaged_is_told() {
     let (folder, store) = store();
     let raster = Shifted::new(600, 300, [0, 0]);
     let chunked = taken(&raster, &store);
-    chunked.make_relief().unwrap();
+    chunked.make_relief(&Progress::silent()).unwrap();
     for damage in ["gone", "short"] {
         let again = taken(&raster, &store);
         for entry in std::fs::read_dir(folder.path().join("samples")).unwrap() {
@@ -205,7 +231,7 @@ fn a_chunk_that_is_gone_or_damaged_is_told() {
         }
         assert!(again.window(0..9, 0..9).is_err(), "{damage}");
         assert!(again.check().is_ok());
-        assert!(Chunks::chunk(&again, 0, 0, 0).is_none());
+        assert!(whole(&again).chunk(0, 0, 0).is_none());
         let told = again.check().unwrap_err().to_string();
         assert!(
             told.contains(if damage == "gone" { "is missing" } else { "is damaged" }),

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use terrain_ingest::pyramid::Job;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -17,9 +18,22 @@ Examples:
   terrain-ingest mesh bunny.obj -o bunny.x3d     a world for X3D browsers that refines while it loads
   terrain-ingest verify dem.pmtiles dem.tif      measures every claim again, by brute force
   terrain-ingest info dem.pmtiles
+  terrain-ingest update vancouver.pmtiles --changed new/N49W123.hgt.zip
 Serve the result with `terrain-server dem.pmtiles`.
 
 Exit codes: 0 success; 1 a verified claim does not hold, or the job could not be finished; 2 unusable input or options.";
+
+const UPDATE_EXAMPLES: &str = "\
+Examples:
+  terrain-ingest update alps.pmtiles --changed new/N46E007.hgt     a better raster in the place of one of that name
+  terrain-ingest update alps.pmtiles --added N46E009.hgt --removed N45E006.hgt --from /data/srtm";
+
+const PLAN_EXAMPLES: &str = "\
+Example, on one machine:
+  terrain-ingest plan *.tif --work /shared/work
+  terrain-ingest build --work /shared/work --job samples/0        and so on, for all jobs of a stage, stage by stage
+  terrain-ingest merge --work /shared/work -o all.pmtiles
+How to run it by Dask, Slurm or Kubernetes: docs/distributed.md.";
 
 const MESH_EXAMPLES: &str = "\
 Examples:
@@ -50,6 +64,14 @@ pub(crate) struct Cli {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    /// Take changed rasters into an archive: only tiles whose samples changed are made anew.
+    Update(UpdateArgs),
+    /// Write down, in a store that many machines share, which jobs a build is made of.
+    Plan(PlanArgs),
+    /// Run one job of a planned build.
+    Build(JobArgs),
+    /// Write the archive of a planned build when all its jobs are done.
+    Merge(MergeArgs),
     /// Triangulate a whole raster into one mesh, in the raster's own coordinates.
     Tin(TinArgs),
     /// Make levels of detail of a polygonal model (PLY, OBJ), each with a certified distance from it; or extract one.
@@ -69,6 +91,19 @@ pub(crate) struct BuildArgs {
     /// Archive to write; the first DEM's name with .pmtiles, in the current folder, if not given.
     #[arg(short, long, value_name = "OUT.pmtiles")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) tiles: TileArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
+    pub(crate) raster: RasterArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// What tiles are to be.
+#[derive(Args)]
+pub(crate) struct TileArgs {
     /// Largest error of the finest tiles, in metres, doubled a zoom upwards. If not given, an eighth of the shorter side of a
     /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
@@ -79,15 +114,95 @@ pub(crate) struct BuildArgs {
     /// How much work goes into few triangles; the error is the same for all.
     #[arg(long, value_enum, default_value = "default")]
     pub(crate) quality: Quality,
+}
+
+/// Where work is kept.
+#[derive(Args)]
+pub(crate) struct WorkArgs {
     /// Where finished work is kept until the archive is whole, so that a build that was stopped can go on: a folder, or a bucket
     /// as s3://bucket/path, gs://… or az://…; OUT.pmtiles.work if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) work: Option<String>,
-    /// Leave the work where it is when the archive is whole: later builds take from it what has not changed.
+    /// Leave the work where it is when the archive is whole: later builds and updates take from it what has not changed.
     #[arg(long)]
     pub(crate) keep_work: bool,
+}
+
+/// An archive of which rasters changed.
+///
+/// Takes every tile from the archive whose samples, and whose neighbours', are as they were, makes the others, and writes what a
+/// build of all the rasters would write, byte for byte. Options are those that the archive was made with. Rasters that did not
+/// change are read, too: they are looked for where the archive was made (if its work was kept), beside the archive, beside the
+/// changed and added rasters, and in the current folder.
+#[derive(Args)]
+#[command(after_help = UPDATE_EXAMPLES)]
+pub(crate) struct UpdateArgs {
+    /// The archive, which is replaced when the new one is whole.
+    #[arg(value_name = "OUT.pmtiles")]
+    pub(crate) archive: PathBuf,
+    /// Rasters in the place of those of the same names.
+    #[arg(long, value_name = "DEM", num_args = 1..)]
+    pub(crate) changed: Vec<PathBuf>,
+    /// Rasters that come in, after all others: where rasters overlap, earlier ones win.
+    #[arg(long, value_name = "DEM", num_args = 1..)]
+    pub(crate) added: Vec<PathBuf>,
+    /// Names of rasters that go.
+    #[arg(long, value_name = "DEM", num_args = 1..)]
+    pub(crate) removed: Vec<PathBuf>,
+    /// Folders to look for rasters in that did not change, before all others.
+    #[arg(long, value_name = "FOLDER", num_args = 1..)]
+    pub(crate) from: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// A build for many machines.
+///
+/// Writes a recipe into the store and prints the stages, which run one after the other, and how many jobs each has, which may
+/// all run at the same time: `terrain-ingest build --work DIR --job STAGE/NUMBER`, numbers from 0 on. The stage `samples` reads
+/// the rasters, by the paths given here; all others need the store only. When all are done, `terrain-ingest merge`.
+#[derive(Args)]
+#[command(after_help = PLAN_EXAMPLES)]
+pub(crate) struct PlanArgs {
+    /// Elevation rasters; several must share CRS, cell size and alignment, and become one surface.
+    #[arg(value_name = "DEM", required = true)]
+    pub(crate) dems: Vec<PathBuf>,
+    /// The store that all machines share: a folder, or a bucket as s3://bucket/path, gs://… or az://….
+    #[arg(long, value_name = "DIR")]
+    pub(crate) work: String,
+    /// Leaves of a job of the stage `tiles`, roughly: a job of 256 takes about a minute.
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub(crate) leaves: u32,
+    #[command(flatten)]
+    pub(crate) tiles: TileArgs,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct JobArgs {
+    /// The store with the recipe.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) work: String,
+    /// Which job: its stage (samples, relief, survey, tiles or top) and its number.
+    #[arg(long, value_name = "STAGE/NUMBER")]
+    pub(crate) job: Job,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct MergeArgs {
+    /// The store with the finished work.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) work: String,
+    /// Archive to write.
+    #[arg(short, long, value_name = "OUT.pmtiles")]
+    pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }
@@ -209,7 +324,7 @@ pub(crate) struct RunArgs {
     /// Show no progress.
     #[arg(short, long)]
     pub(crate) quiet: bool,
-    /// Report as JSON on standard output.
+    /// Report as JSON on standard output; progress, unless it is quiet, as an event a line on standard error.
     #[arg(long)]
     pub(crate) json: bool,
 }

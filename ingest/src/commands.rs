@@ -8,7 +8,9 @@ use std::time::Instant;
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_core::height_field::{reference, simplify};
-use terrain_ingest::raster::Rasters;
+use terrain_ingest::pyramid::{Build, BuildError, Changes, Graph, Recipe, Report, StageSize};
+use terrain_ingest::raster::{RasterRecord, Rasters};
+use terrain_ingest::samples::Overrides;
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
 use terrain_ingest::{
@@ -18,7 +20,8 @@ use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::Metadata;
 
 use crate::cli::{
-    Bound, BuildArgs, Cli, Command, InfoArgs, MeshArgs, Quality, RasterArgs, RunArgs, TinArgs, VerifyArgs,
+    Bound, BuildArgs, Cli, Command, InfoArgs, JobArgs, MergeArgs, MeshArgs, PlanArgs, Quality, RasterArgs, RunArgs,
+    TileArgs, TinArgs, UpdateArgs, VerifyArgs,
 };
 use crate::failure::Failure;
 use crate::work::Work;
@@ -26,6 +29,10 @@ use crate::work::Work;
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => build(cli.build),
+        Some(Command::Update(arguments)) => update(arguments),
+        Some(Command::Plan(arguments)) => plan(arguments),
+        Some(Command::Build(arguments)) => run_job(&arguments),
+        Some(Command::Merge(arguments)) => merge(&arguments),
         Some(Command::Tin(arguments)) => triangulate(arguments),
         Some(Command::Mesh(arguments)) => simplify_model(arguments),
         Some(Command::Verify(arguments)) => check(arguments),
@@ -38,17 +45,190 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let output = arguments.output.unwrap_or_else(|| default_output(&arguments.dems[0]));
     check_output(&output)?;
     let progress = prepare(&arguments.run)?;
-    let rasters = open(&arguments.dems, arguments.raster, &progress)?;
-    let options = pyramid::Options {
-        max_error: arguments.max_error,
-        bound: arguments.bound.into(),
-        quality: arguments.quality.into(),
-        memory: memory(&arguments.run),
+    let rasters = open(&arguments.dems, overrides(arguments.raster), &progress)?;
+    let options = options(&arguments.tiles, &arguments.run);
+    let work = Work::begin(arguments.work.work, &output)?;
+    let build = Build {
+        raster: &rasters,
+        options: &options,
+        store: work.store(),
+        earlier: None,
+        progress: &progress,
     };
-    let work = Work::begin(arguments.work, &output)?;
-    let built = pyramid::build(&rasters, &options, work.store(), &output, &progress);
-    let report = work.end(built, arguments.keep_work)?;
+    let built = run_build(build, rasters.record(), &output);
+    let report = work.end(built, arguments.work.keep_work)?;
     print_finished(report, &output, started, arguments.run.json)
+}
+
+/// Builds, the recipe first: what is kept then tells what it is made of.
+fn run_build(build: Build, record: RasterRecord, output: &Path) -> Result<Report, BuildError> {
+    Recipe::new(record, build.options).keep(build.store)?;
+    build.run(output)
+}
+
+fn update(arguments: UpdateArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    let UpdateArgs {
+        archive,
+        changed,
+        added,
+        removed,
+        from,
+        work,
+        run,
+    } = arguments;
+    let progress = prepare(&run)?;
+    let earlier = Reader::open(&archive).map_err(|error| Failure::Input(error.into()))?;
+    let of_archive = earlier.metadata();
+    let options = pyramid::Options {
+        memory: memory(&run),
+        ..pyramid::options_of(&of_archive.asked, &of_archive.bound).map_err(Failure::Input)?
+    };
+    let keep_work = work.keep_work;
+    let work = Work::begin(work.work, &archive)?;
+    let places = Places::new(from, [&changed, &added], &archive, work.store()).map_err(Failure::Other)?;
+    let changes = Changes {
+        changed,
+        added,
+        removed,
+    };
+    let applied = changes.applied(&of_archive.source.files, |name| places.find(name));
+    let overrides = Overrides {
+        crs: of_archive.asked.crs.clone(),
+        bounds: of_archive.asked.bounds,
+    };
+    let opened = applied
+        .map_err(Failure::Input)
+        .and_then(|paths| open(&paths, overrides, &progress));
+    let rasters = match opened {
+        Ok(rasters) => rasters,
+        Err(failure) => return Err(work.abandon(failure)),
+    };
+    let build = Build {
+        raster: &rasters,
+        options: &options,
+        store: work.store(),
+        earlier: Some(&earlier),
+        progress: &progress,
+    };
+    let built = run_build(build, rasters.record(), &archive);
+    let report = work.end(built, keep_work)?;
+    print_finished(report, &archive, started, run.json)
+}
+
+/// Where rasters may be of which only the names are known.
+struct Places {
+    /// Of files, from work that was kept.
+    paths: Vec<PathBuf>,
+    folders: Vec<PathBuf>,
+}
+
+impl Places {
+    fn new(from: Vec<PathBuf>, named: [&[PathBuf]; 2], archive: &Path, store: &Store) -> anyhow::Result<Self> {
+        let beside = |path: &PathBuf| path.parent().map(Path::to_path_buf);
+        let mut folders = from;
+        folders.extend(beside(&archive.to_owned()));
+        folders.extend(named.into_iter().flatten().filter_map(beside));
+        folders.push(PathBuf::new());
+        let recipe = Recipe::find(store)?;
+        Ok(Self {
+            paths: recipe.map(|recipe| recipe.raster.paths).unwrap_or_default(),
+            folders,
+        })
+    }
+
+    fn find(&self, name: &str) -> Option<PathBuf> {
+        let in_folders = self.folders.iter().map(|folder| folder.join(name));
+        let of_that_name = self
+            .paths
+            .iter()
+            .filter(|path| path.file_name().is_some_and(|known| known == name));
+        in_folders.chain(of_that_name.cloned()).find(|path| path.is_file())
+    }
+}
+
+fn plan(arguments: PlanArgs) -> Result<(), Failure> {
+    let progress = prepare(&arguments.run)?;
+    let rasters = open(&arguments.dems, overrides(arguments.raster), &progress)?;
+    let options = pyramid::Options {
+        leaves_of_subtree: arguments.leaves,
+        ..options(&arguments.tiles, &arguments.run)
+    };
+    let store = Store::open(&arguments.work).map_err(Failure::Other)?;
+    let recipe = Recipe::new(rasters.record(), &options);
+    let graph = Graph::plan(recipe, &store, options.memory, &progress).map_err(Failure::Other)?;
+    let planned = Planned {
+        work: arguments.work,
+        stages: graph.stages(),
+    };
+    print(&planned, arguments.run.json)
+}
+
+fn run_job(arguments: &JobArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    let progress = prepare(&arguments.run)?;
+    let store = Store::open_there(&arguments.work).map_err(Failure::Input)?;
+    let graph = Graph::open(&store, memory(&arguments.run), &progress).map_err(Failure::Input)?;
+    graph.run(arguments.job).map_err(of_build)?;
+    let done = JobDone {
+        job: arguments.job.to_string(),
+        seconds: started.elapsed().as_secs_f64(),
+        peak_memory_bytes: peak_memory(),
+    };
+    print(&done, arguments.run.json)
+}
+
+fn merge(arguments: &MergeArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    check_output(&arguments.output)?;
+    let progress = prepare(&arguments.run)?;
+    let store = Store::open_there(&arguments.work).map_err(Failure::Input)?;
+    let graph = Graph::open(&store, memory(&arguments.run), &progress).map_err(Failure::Input)?;
+    let report = graph.merge(&arguments.output).map_err(of_build)?;
+    print_finished(report, &arguments.output, started, arguments.run.json)
+}
+
+/// What is wrong with the input is the caller's.
+fn of_build(error: BuildError) -> Failure {
+    match error {
+        BuildError::Other(error) => Failure::Other(error),
+        error => Failure::Input(error.into()),
+    }
+}
+
+/// The jobs of a build.
+#[derive(Serialize)]
+struct Planned {
+    work: String,
+    stages: Vec<StageSize>,
+}
+
+impl Display for Planned {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "stage    jobs")?;
+        for StageSize { stage, jobs } in &self.stages {
+            writeln!(f, "{stage:<7} {jobs:>5}")?;
+        }
+        let work = &self.work;
+        writeln!(f, "Stage by stage, all jobs of one at the same time where you can:")?;
+        writeln!(f, "  terrain-ingest build --work {work} --job samples/0")?;
+        write!(f, "and at the end\n  terrain-ingest merge --work {work} -o OUT.pmtiles")
+    }
+}
+
+/// What a job cost.
+#[derive(Serialize)]
+struct JobDone {
+    job: String,
+    seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_memory_bytes: Option<u64>,
+}
+
+impl Display for JobDone {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is done: {:.1} s", self.job, self.seconds)
+    }
 }
 
 fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
@@ -93,7 +273,7 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
     let memory = memory(&arguments.run);
-    let rasters = open(&arguments.dems, arguments.raster, &progress)?;
+    let rasters = open(&arguments.dems, overrides(arguments.raster), &progress)?;
     let work = tempfile::tempdir()
         .context("a folder for samples")
         .map_err(Failure::Other)?;
@@ -146,15 +326,33 @@ fn prepare(run: &RunArgs) -> Result<Progress, Failure> {
     }
     Ok(if run.quiet {
         Progress::silent()
+    } else if run.json {
+        Progress::as_events()
     } else {
         Progress::on_standard_error()
     })
 }
 
-fn read_options(raster: RasterArgs, progress: &Progress) -> ReadOptions {
-    ReadOptions {
+fn options(tiles: &TileArgs, run: &RunArgs) -> pyramid::Options {
+    pyramid::Options {
+        max_error: tiles.max_error,
+        bound: tiles.bound.into(),
+        quality: tiles.quality.into(),
+        memory: memory(run),
+        ..pyramid::Options::default()
+    }
+}
+
+fn overrides(raster: RasterArgs) -> Overrides {
+    Overrides {
         crs: raster.crs,
         bounds: raster.bounds,
+    }
+}
+
+fn read_options(overrides: Overrides, progress: &Progress) -> ReadOptions {
+    ReadOptions {
+        overrides,
         progress: progress.clone(),
         ..ReadOptions::default()
     }
@@ -165,12 +363,13 @@ fn memory(run: &RunArgs) -> u64 {
     run.memory.unwrap_or_else(quarter_of_memory)
 }
 
-fn open(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<Rasters, Failure> {
-    Rasters::open(dems, &read_options(raster, progress)).map_err(|error| Failure::Input(error.into()))
+fn open(dems: &[PathBuf], overrides: Overrides, progress: &Progress) -> Result<Rasters, Failure> {
+    Rasters::open(dems, &read_options(overrides, progress)).map_err(|error| Failure::Input(error.into()))
 }
 
 fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
-    let grid = raster::read(dems, &read_options(raster, progress)).map_err(|error| Failure::Input(error.into()))?;
+    let grid =
+        raster::read(dems, &read_options(overrides(raster), progress)).map_err(|error| Failure::Input(error.into()))?;
     if !grid.has_surface() {
         let first = dems[0].display();
         return Err(Failure::Input(anyhow!(

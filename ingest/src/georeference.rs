@@ -3,6 +3,7 @@
 //! PROJ is asked at construction only. Where it finds that the raster's coordinates *are* WGS84 degrees, the map is an
 //! affine formula; otherwise it is tabulated (see [`table`]). Both are plain data: fast, and usable from any thread.
 
+mod error;
 mod projection;
 mod table;
 
@@ -10,7 +11,9 @@ use std::sync::Arc;
 
 use glam::{DAffine2, DMat2, DVec2};
 use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
-use thiserror::Error;
+
+pub use error::GeoReferenceError;
+pub use projection::Crs;
 
 use projection::Projection;
 use table::Table;
@@ -19,47 +22,6 @@ use table::Table;
 const SAME_DEGREES: f64 = 1e-9;
 /// Grid points along a side at which raster and WGS84 coordinates are compared.
 const PROBES: usize = 5;
-
-/// A coordinate reference system by name and in a form that PROJ reads.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Crs {
-    /// `EPSG:4326` where it has a code, its own name otherwise.
-    pub name: String,
-    /// Anything that PROJ takes: a code, WKT, PROJJSON, a PROJ string.
-    pub definition: String,
-}
-
-/// Why samples have no longitude and latitude.
-#[derive(Debug, Error, PartialEq)]
-pub enum GeoReferenceError {
-    /// PROJ does not know the coordinate reference system, or no way from it to WGS84.
-    #[error("PROJ knows no way from {crs} to WGS84 longitude and latitude: {reason}")]
-    NoTransformation {
-        /// Name of the coordinate reference system.
-        crs: String,
-        /// What PROJ said.
-        reason: String,
-    },
-    /// PROJ gives no finite result at a sample or near the raster's edge.
-    #[error("PROJ cannot transform column {column:.1}, row {row:.1} of the grid to WGS84: {reason}")]
-    Untransformable {
-        /// Grid coordinate.
-        column: f64,
-        /// Grid coordinate.
-        row: f64,
-        /// What PROJ said.
-        reason: String,
-    },
-    /// Neighbouring samples lie far apart in longitude or latitude, whatever the resolution of the table.
-    #[error("the raster has no continuous longitude and latitude; does it hold a pole or the edge of its projection?")]
-    Discontinuous,
-    /// A row or column beyond 90° north or south.
-    #[error("the raster reaches to latitude {0}°, beyond the pole")]
-    BeyondPole(f64),
-    /// Two samples at one place, or a coordinate that is not finite.
-    #[error("the raster's affine transform is degenerate")]
-    Degenerate,
-}
 
 /// Maps grid coordinates (see [`crate::HeightGrid`]) to the raster's coordinate reference system, to WGS84, and back.
 #[derive(Clone, Debug)]
@@ -198,6 +160,17 @@ impl GeoReference {
             origin: self.origin + DVec2::new(first[0] as f64, first[1] as f64),
             ..self.clone()
         }
+    }
+
+    /// The same places counted from the lattice's own first sample: the same whatever rectangle of it this is.
+    pub(crate) fn of_lattice(&self) -> Self {
+        let first = self.origin();
+        self.window(first.map(|first| -first), self.columns, self.rows)
+    }
+
+    /// Column and row on the lattice of the first sample.
+    pub(crate) fn origin(&self) -> [i64; 2] {
+        [self.origin.x as i64, self.origin.y as i64]
     }
 
     fn check_latitudes(&self) -> Result<(), GeoReferenceError> {

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use glam::DVec2;
 use terrain_core::height_field::heights::Heights;
 
 use crate::georeference::GeoReference;
@@ -62,41 +61,4 @@ impl HeightGrid {
         assert!(column < self.columns, "column {column} of {}", self.columns);
         self.heights[row * self.columns + column]
     }
-
-    /// Height in metres of the bilinear surface at grid coordinates. None outside of the samples, and where a sample
-    /// that counts (has a weight) is void.
-    #[must_use]
-    pub fn bilinear(&self, grid: DVec2) -> Option<f64> {
-        let last = DVec2::new((self.columns - 1) as f64, (self.rows - 1) as f64);
-        if !(grid.cmpge(DVec2::ZERO).all() && grid.cmple(last).all()) {
-            return None;
-        }
-        let corner = grid.floor().min(last - 1.0);
-        let weight = grid - corner;
-        let (column, row) = (corner.x as usize, corner.y as usize);
-        let upper = blend(self.pair(column, row), weight.x);
-        let lower = blend(self.pair(column, row + 1), weight.x);
-        let height = blend([upper, lower], weight.y);
-        (!height.is_nan()).then_some(height)
-    }
-
-    fn pair(&self, column: usize, row: usize) -> [f64; 2] {
-        let first = row * self.columns + column;
-        [f64::from(self.heights[first]), f64::from(self.heights[first + 1])]
-    }
 }
-
-/// Linear interpolation in which a void of weight zero does not count.
-fn blend([first, second]: [f64; 2], weight: f64) -> f64 {
-    if weight == 0.0 {
-        first
-    } else if weight == 1.0 {
-        second
-    } else {
-        first + (second - first) * weight
-    }
-}
-
-#[cfg(test)]
-#[path = "height_grid_tests.rs"]
-mod tests;

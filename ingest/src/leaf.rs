@@ -18,10 +18,10 @@ use terrain_core::height_field::triangulate::{Outline, stepped, triangulate_besi
 use terrain_core::mesh;
 use terrain_tiles::address::Side;
 
-use crate::border::{BorderCurve, BorderSource, Run};
+use crate::border::{BorderCurve, Run};
 use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, STRIP, Square};
-use crate::raster_outline::crossing;
+use crate::raster_outline::{BorderSource, crossing};
 
 /// The frame of a square in its own lattice coordinates.
 pub(crate) fn frame(lattice: Lattice, square: Square) -> Frame {

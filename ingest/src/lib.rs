@@ -9,7 +9,6 @@ pub mod height_grid;
 mod lattice;
 mod leaf;
 mod memory;
-mod new_file;
 mod node;
 pub mod polygonal_model;
 pub mod progress;

@@ -12,7 +12,6 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
-use serde::{Deserialize, Serialize};
 use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::refine::Frame;
@@ -22,7 +21,7 @@ use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{Geodetic, on_ellipsoid};
 use terrain_tiles::formats::spt;
-use terrain_tiles::tile::{Detail, Tile};
+use terrain_tiles::tile::{Detail, Lineage, Tile};
 
 use crate::border::BorderCurve;
 use crate::certify::Certifier;
@@ -57,28 +56,6 @@ pub(crate) struct Finest {
     pub(crate) error: Option<f64>,
 }
 
-/// A finished tile.
-pub(crate) struct Node {
-    pub(crate) square: Square,
-    pub(crate) bytes: Vec<u8>,
-    pub(crate) claims: Claims,
-}
-
-/// What a tile claims, and what its parent takes over.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Claims {
-    pub(crate) finest_error: f64,
-    pub(crate) coarsest_error: f64,
-    /// What was measured of the coarsest surface, which is the parent's finest, a little rounded up; no more than is claimed.
-    pub(crate) coarsest_measured: f64,
-    pub(crate) outline_error: f64,
-    /// The part of it that the parent inherits: what collapses did, without the bulge of straight edges in space.
-    pub(crate) outline_strayed: f64,
-    pub(crate) triangles: usize,
-    /// Lowest and highest vertex, metres.
-    pub(crate) heights: [f64; 2],
-}
-
 impl Build<'_> {
     pub(crate) fn shape(&self) -> Shape {
         Shape {
@@ -87,10 +64,10 @@ impl Build<'_> {
         }
     }
 
-    /// Makes a tile of its finest mesh; `tolerance` is the zoom's error in metres.
+    /// Makes a tile, still without a name, of its finest mesh; `tolerance` is the zoom's error in metres.
     ///
     /// # Errors
-    /// When a side's vertex cannot be collapsed, or the tile does not fit the format.
+    /// When a side's vertex cannot be collapsed.
     pub(crate) fn node(
         &self,
         square: Square,
@@ -98,7 +75,7 @@ impl Build<'_> {
         finest: Finest,
         sides: [&BorderCurve; 4],
         tolerance: f64,
-    ) -> Result<Node> {
+    ) -> Result<Tile> {
         let kinds = kinds(&finest.mesh, self.lattice.extent(square.zoom));
         let surface = Surface::new(&finest.mesh, reference);
         let mut simplifier = Simplifier::new(surface, kinds, self.shape(), self.quality);
@@ -121,39 +98,22 @@ impl Build<'_> {
             .map(|stray| stray + finest.outline_strayed)
             .collect();
         let outline_strayed = finest.outline_strayed + simplifier.outline_strayed();
-        let tile = Tile {
+        let mut tile = Tile {
             address: square.address(),
             extent_bits: self.lattice.extent_bits(square.zoom),
             height_exponent: self.lattice.height_exponent,
             sampling: self.lattice.sampling(self.georeference, square),
+            lineage: Lineage::default(),
             partition,
             outline_errors,
         };
-        let (tile, coarsest_measured) = self.certified(square, tile, sides, finest.error);
-        self.finish(square, tile, coarsest_measured, outline_strayed)
-    }
-
-    fn finish(&self, square: Square, tile: Tile, coarsest_measured: f64, outline_strayed: f64) -> Result<Node> {
-        let bytes = spt::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
-        let levels = &tile.partition.levels;
-        let finest = tile.surface(tile.finest());
-        let heights = finest.positions.iter().map(|position| position.z);
-        Ok(Node {
-            square,
-            bytes,
-            claims: Claims {
-                finest_error: f64::from(spt::rounded_up(levels[levels.len() - 1].error)),
-                coarsest_error: f64::from(spt::rounded_up(levels[0].error)),
-                coarsest_measured,
-                outline_error: f64::from(spt::rounded_up(tile.outline_errors[0])),
-                outline_strayed,
-                triangles: finest.triangles.len(),
-                heights: [
-                    heights.clone().fold(f64::INFINITY, f64::min),
-                    heights.fold(f64::NEG_INFINITY, f64::max),
-                ],
-            },
-        })
+        let coarsest_measured = self.certify(square, &mut tile, sides, finest.error);
+        tile.lineage = Lineage {
+            name: 0,
+            coarsest_measured: spt::rounded_up(coarsest_measured),
+            outline_strayed: spt::rounded_up(outline_strayed),
+        };
+        Ok(tile)
     }
 
     fn collapse_sides(
@@ -186,9 +146,9 @@ impl Build<'_> {
         Ok(())
     }
 
-    /// Fills in the error of every level: measured, and never smaller than that of a finer one. Also tells what was measured
-    /// of the coarsest one.
-    fn certified(&self, square: Square, mut tile: Tile, sides: [&BorderCurve; 4], known: Option<f64>) -> (Tile, f64) {
+    /// Fills in the error of every level: measured, and never smaller than that of a finer one. Tells what was measured of the
+    /// coarsest one.
+    fn certify(&self, square: Square, tile: &mut Tile, sides: [&BorderCurve; 4], known: Option<f64>) -> f64 {
         let interior = tile.interior_levels();
         let full = known.unwrap_or_else(|| self.error_of(square, &tile.surface(tile.finest())));
         let bulge = |mesh: &Mesh| self.side_bulge(square, mesh, sides);
@@ -211,7 +171,7 @@ impl Build<'_> {
                 tile.outline_errors[index] = outline;
             }
         }
-        (tile, measured)
+        measured
     }
 
     fn error_of(&self, square: Square, mesh: &Mesh) -> f64 {

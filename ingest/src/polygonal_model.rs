@@ -16,8 +16,11 @@
 
 mod certify;
 mod clustered;
+mod error;
 mod levels;
 mod lod_file;
+mod model;
+mod order;
 mod simplified;
 mod spm_file;
 mod weld;
@@ -33,109 +36,19 @@ use serde::Serialize;
 use terrain_core::Mesh;
 use terrain_core::space::simplify::Placement;
 use terrain_core::streaming::multilevel::MultilevelLimits;
-use terrain_core::topology::manifold::ManifoldError;
-use terrain_core::topology::parting::parted;
-use terrain_tiles::formats::lod::LodError;
-use terrain_tiles::formats::polygons::{Column, PolygonError, PolygonLimits};
-use terrain_tiles::formats::spm::ProgressiveMeshError;
-use terrain_tiles::formats::x3d::{Encoding, WorldError};
-use terrain_tiles::formats::{DecodeError, obj, ply};
-use thiserror::Error;
+use terrain_tiles::formats::polygons::{Column, PolygonLimits};
+use terrain_tiles::formats::x3d::Encoding;
+use terrain_tiles::formats::{obj, ply};
+use terrain_tiles::new_file::NewFile;
 
+pub use self::error::ModelError;
 use self::levels::LeveledModel;
-pub use self::simplified::Target;
-use self::simplified::{Order, Way};
+pub use self::model::Model;
+use self::order::Order;
+pub use self::order::Target;
+use self::simplified::Way;
 use self::weld::welded;
-use crate::new_file::new_file_for;
 use crate::progress::Progress;
-
-/// A model as a file has it, welded: no two vertices at one position, each used by a triangle.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Model {
-    /// Its surface.
-    pub mesh: Mesh,
-    /// What its vertices have besides positions.
-    pub columns: Vec<Column>,
-    /// Names of columns that were left out, because triangles that meet in a vertex have different values there.
-    pub seams: Vec<String>,
-}
-
-impl Model {
-    /// The same with vertices for each of the surfaces that touch in them.
-    ///
-    /// # Errors
-    /// An edge whose triangles cannot belong to surfaces that touch.
-    fn parted(&self) -> Result<Self, ManifoldError> {
-        let (mesh, originals) = parted(&self.mesh)?;
-        let spread = |column: &Column| Column {
-            values: originals.iter().map(|&vertex| column.values[vertex as usize]).collect(),
-            ..column.clone()
-        };
-        Ok(Self {
-            mesh,
-            columns: self.columns.iter().map(spread).collect(),
-            seams: self.seams.clone(),
-        })
-    }
-}
-
-/// Why a file is no model.
-#[derive(Debug, Error)]
-pub enum ModelError {
-    /// Its name tells no format.
-    #[error("models are read from .ply and .obj files, levels from .spm and .lod files")]
-    Unknown,
-    /// The output's name tells no format.
-    #[error("levels are written as .spm, .lod, .x3d or .wrl, one of them as .ply")]
-    UnknownOutput,
-    /// The system says no.
-    #[error("cannot be read")]
-    Unreadable(#[from] io::Error),
-    /// A file of polygons is at fault.
-    #[error(transparent)]
-    Polygons(#[from] PolygonError),
-    /// A multilevel file is at fault.
-    #[error(transparent)]
-    Levels(#[from] LodError),
-    /// The bytes of a progressive mesh file are not of its format.
-    #[error("not a readable .spm file")]
-    MalformedMesh(#[from] DecodeError),
-    /// A coordinate is NaN or infinite.
-    #[error("vertex {0} has a coordinate that is no finite number")]
-    NotFinite(usize),
-    /// A coordinate is too large to reckon with.
-    #[error("vertex {0} has a coordinate of more than 1e60; scale the model down")]
-    TooFar(usize),
-    /// No face has three different positions.
-    #[error("has no triangles")]
-    NoTriangles,
-    /// The coarsest level of a multilevel file has nothing to draw.
-    #[error("its coarsest level is empty")]
-    EmptyLevel,
-    /// It has fewer levels.
-    #[error("there is no level {level}: levels go from 0, the finest, to {last}")]
-    NoSuchLevel {
-        /// The level asked for.
-        level: usize,
-        /// The coarsest that there is.
-        last: usize,
-    },
-    /// A multilevel file has one position a vertex.
-    #[error("its levels move vertices, which a .lod file cannot say; make them with --keep-vertices")]
-    MovesVertices,
-    /// A progressive mesh file holds surfaces only.
-    #[error("a .spm file holds manifolds only, write a .lod or a .ply file: {0}")]
-    NoManifold(ManifoldError),
-    /// A progressive mesh file cannot hold the levels.
-    #[error("a .spm file cannot hold these levels")]
-    Incompressible(#[from] ProgressiveMeshError),
-    /// Not even the finest level keeps the error.
-    #[error("no lattice of a .spm file is fine enough for the error {0}, write a .lod or a .ply file")]
-    TooExact(f64),
-    /// A world for X3D browsers cannot hold it.
-    #[error(transparent)]
-    World(#[from] WorldError),
-}
 
 /// What to make of a model.
 #[derive(Clone, Copy, Debug)]
@@ -280,14 +193,13 @@ fn write_level(input: &Path, level: Option<usize>, leveled: &LeveledModel, outpu
 
 /// Writes one level, all at once or not at all. `error`, if it is known, goes into a comment.
 fn write_ply(output: &Path, mesh: &Mesh, columns: &[Column], error: Option<f64>) -> io::Result<()> {
-    let mut file = new_file_for(output)?;
-    let mut out = BufWriter::new(file.as_file_mut());
     let note = error.map(|error| format!("terrain-ingest distance from the model at most {error}"));
+    let mut file = NewFile::create(output)?;
+    let mut out = BufWriter::new(file.file());
     ply::write(&mut out, &mesh.positions, columns, &mesh.triangles, note.as_deref())?;
     out.flush()?;
     drop(out);
-    file.persist(output)?;
-    Ok(())
+    file.finish()
 }
 
 fn leveled(input: &Path, options: &Options, form: Form, progress: &Progress) -> Result<(LeveledModel, Option<Way>)> {

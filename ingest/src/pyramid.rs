@@ -9,27 +9,34 @@
 //!     parent ← its children, relief, sides
 //! archive ← all tiles in order                               finished.rs
 //! ```
+//! Many machines can share the work (graph.rs), and an archive of which rasters change is updated (update.rs).
 //! Every job is a pure function of named inputs, and what it makes is kept in a [`Store`]: a build that was killed goes on where
 //! it was.
 
 mod finished;
+mod graph;
 mod jobs;
 mod plan;
+mod recipe;
 mod scheduler;
+mod update;
 
 use std::fmt;
 use std::path::Path;
-use std::sync::Mutex;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use serde::Serialize;
+use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
 
-use self::finished::TileRecord;
+use self::finished::{FinishedTiles, Origin, Summary, TileRecord};
+pub use self::graph::{Graph, Job, Stage, StageSize};
 use self::jobs::Jobs;
 pub use self::plan::Options;
 use self::plan::{Plan, Relief};
+pub use self::recipe::{Recipe, options_of};
 use self::scheduler::Scheduler;
+pub use self::update::{Changes, Update};
 use crate::progress::Progress;
 use crate::raster::ReadError;
 use crate::samples::Raster;
@@ -37,6 +44,8 @@ use crate::store::Store;
 use crate::stored_raster::{StoredRaster, TakeError};
 use crate::tin::bound_name;
 
+/// The stages of a build and their shares of the work, as measured on an SRTM tile.
+const SHARES: [(&str, f64); 3] = [("reading samples", 0.04), ("bounding blocks", 0.04), ("tiles", 0.92)];
 /// How many of the slowest tiles a report names.
 const SLOWEST: usize = 5;
 
@@ -49,7 +58,10 @@ pub struct Report {
     pub tile_bytes: usize,
     /// The leaves that could not be made as good as was asked.
     pub beyond: Option<Beyond>,
-    /// The tiles that took longest, and for how many seconds.
+    /// What was made anew, where an archive was updated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub update: Option<Update>,
+    /// The tiles that took longest of those made by this run, and for how many seconds.
     pub slowest: Vec<(String, f64)>,
 }
 
@@ -86,7 +98,12 @@ impl fmt::Display for Report {
             .iter()
             .map(|(tile, seconds)| format!("{tile} ({seconds:.1} s)"))
             .collect();
-        writeln!(f, "slowest tiles: {}", slowest.join(", "))?;
+        if !slowest.is_empty() {
+            writeln!(f, "slowest tiles: {}", slowest.join(", "))?;
+        }
+        if let Some(update) = &self.update {
+            writeln!(f, "{update}")?;
+        }
         write!(f, "{:.1} MB of tiles", self.tile_bytes as f64 / 1e6)?;
         if let Some(Beyond { tiles, worst, error }) = &self.beyond {
             let asked = self.metadata.max_error;
@@ -123,100 +140,146 @@ impl From<TakeError> for BuildError {
     }
 }
 
-/// Builds the archive at `output`, all at once or not at all. What is made on the way is kept in `store`; what is there already
-/// is not made again.
-///
-/// # Errors
-/// When rasters cannot be read or have no surface, or the store or the archive cannot be written.
-pub fn build(
-    raster: &dyn Raster,
-    options: &Options,
-    store: &Store,
-    output: &Path,
-    progress: &Progress,
-) -> Result<Report, BuildError> {
-    if options
-        .max_error
-        .is_some_and(|error| !(error.is_finite() && error > 0.0))
-    {
-        return Err(anyhow::anyhow!("the largest error must be more than 0 m").into());
-    }
-    let stored = StoredRaster::take(raster, store, options.memory, progress)?;
-    stored.chunks.make_relief()?;
-    let [lowest, highest] = stored.heights;
-    let relief = Relief {
-        steepest_step: stored.chunks.steepest()?.into(),
-        farthest_height: lowest.abs().max(highest.abs()).into(),
-    };
-    let plan = Plan::new(raster.georeference(), raster.size(), relief, options);
-    let scheduler = Scheduler {
-        jobs: Jobs::new(plan, &stored),
-        store,
-        progress,
-        finished: Mutex::default(),
-    };
-    let roots = scheduler.jobs.plan.roots();
-    progress.stage("tiles", roots.iter().map(|&root| scheduler.count_leaves(root)).sum());
-    for root in roots {
-        scheduler.tile(root)?;
-    }
-    progress.done();
-    let Scheduler { jobs, finished, .. } = scheduler;
-    let mut records = finished.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if records.is_empty() {
-        let first = raster.provenance().files.into_iter().next();
-        return Err(BuildError::NoSurface(first.unwrap_or_default()));
-    }
-    records.sort_by_key(|record| record.square);
-    let metadata = metadata(raster, &stored, &jobs.plan, &records);
-    let tile_bytes = finished::write_archive(store, &records, &metadata, output)?;
-    Ok(Report {
-        metadata,
-        tile_bytes,
-        beyond: beyond(&jobs.plan, &records),
-        slowest: slowest(records),
-    })
+/// What an archive is built of, and with.
+#[derive(Clone, Copy)]
+pub struct Build<'a> {
+    /// The rasters.
+    pub raster: &'a dyn Raster,
+    /// What is asked for.
+    pub options: &'a Options,
+    /// Where finished work is kept; what is there already is not made again.
+    pub store: &'a Store,
+    /// An archive of other rasters or of the same, of which tiles are taken that are good still.
+    pub earlier: Option<&'a Reader>,
+    /// Is told how far it is.
+    pub progress: &'a Progress,
 }
 
-fn beyond(plan: &Plan, records: &[TileRecord]) -> Option<Beyond> {
-    let leaves = records.iter().filter(|record| plan.height(record.square) == 0);
-    let beyond = leaves.filter(|leaf| !plan.keeps_the_error(leaf.claims.finest_error));
-    let error = |record: &&TileRecord| record.claims.finest_error;
-    let worst = beyond.clone().max_by(|a, b| error(a).total_cmp(&error(b)))?;
+impl<'a> Build<'a> {
+    /// Builds the archive at `output`, all at once or not at all.
+    ///
+    /// # Errors
+    /// When rasters cannot be read or have no surface, or the store or the archive cannot be written.
+    pub fn run(self, output: &Path) -> Result<Report, BuildError> {
+        self.check()?;
+        self.progress.job(&SHARES);
+        let stored = self.take_samples()?;
+        stored.chunks.make_relief(self.progress)?;
+        let scheduler = self.scheduler(&stored, true)?;
+        let roots = scheduler.jobs.plan.roots();
+        let leaves = roots.iter().map(|&root| scheduler.count_leaves(root)).sum();
+        self.progress.stage("tiles", leaves);
+        let mut records = Vec::new();
+        for root in roots {
+            records.extend(scheduler.tiles(root)?);
+        }
+        self.progress.done();
+        self.write(&stored, &scheduler, records, output)
+    }
+
+    fn check(&self) -> Result<()> {
+        let is_sound = |error: f64| error.is_finite() && error > 0.0;
+        ensure!(
+            self.options.max_error.is_none_or(is_sound),
+            "the largest error must be more than 0 m"
+        );
+        Ok(())
+    }
+
+    fn take_samples(&self) -> Result<StoredRaster, TakeError> {
+        StoredRaster::take(self.raster, self.store, self.options.memory, self.progress)
+    }
+
+    fn scheduler<'b>(&self, stored: &'b StoredRaster, makes_tiles: bool) -> Result<Scheduler<'b>>
+    where
+        'a: 'b,
+    {
+        let [lowest, highest] = stored.heights;
+        let relief = Relief {
+            steepest_step: stored.chunks.steepest()?.into(),
+            farthest_height: lowest.abs().max(highest.abs()).into(),
+        };
+        let plan = Plan::new(self.raster.georeference(), self.raster.size(), relief, self.options);
+        Ok(Scheduler {
+            jobs: Jobs::new(plan, stored),
+            tiles: FinishedTiles {
+                store: self.store,
+                archive: self.earlier,
+            },
+            progress: self.progress,
+            makes_tiles,
+        })
+    }
+
+    fn write(
+        &self,
+        stored: &StoredRaster,
+        scheduler: &Scheduler,
+        mut records: Vec<TileRecord>,
+        output: &Path,
+    ) -> Result<Report, BuildError> {
+        if records.is_empty() {
+            let first = self.raster.provenance().files.into_iter().next();
+            return Err(BuildError::NoSurface(first.unwrap_or_default()));
+        }
+        let plan = &scheduler.jobs.plan;
+        let describe = |summary: &Summary| self.metadata(stored, plan, summary);
+        let (metadata, summary) = scheduler.tiles.write_archive(&mut records, output, describe)?;
+        Ok(Report {
+            metadata,
+            tile_bytes: summary.tile_bytes,
+            beyond: beyond(plan, &summary),
+            update: self.earlier.map(|earlier| Update::new(earlier, plan, &records)),
+            slowest: slowest(records),
+        })
+    }
+
+    fn metadata(&self, stored: &StoredRaster, plan: &Plan, summary: &Summary) -> Metadata {
+        let provenance = self.raster.provenance();
+        let [lowest, highest] = summary.heights;
+        let [lowest_sample, highest_sample] = stored.heights.map(f64::from);
+        Metadata {
+            format: FORMAT.into(),
+            version: VERSION,
+            scheme: "geographic-tms".into(),
+            bounds: plan.bounds,
+            heights: [lowest.min(lowest_sample), highest.max(highest_sample)],
+            min_zoom: 0,
+            max_zoom: plan.lattice.leaf_zoom,
+            bound: bound_name(plan.bound).into(),
+            max_error: plan.max_error,
+            asked: recipe::asked(self.options, &provenance.overrides),
+            plan: plan.name.to_string(),
+            source: Source {
+                files: provenance.files,
+                crs: self.raster.georeference().crs_name().into(),
+                vertical_datum: provenance.vertical_datum,
+                samples: self.raster.size(),
+            },
+            generator: concat!("terrain-ingest ", env!("CARGO_PKG_VERSION")).into(),
+            zooms: summary.zooms(),
+        }
+    }
+}
+
+fn beyond(plan: &Plan, summary: &Summary) -> Option<Beyond> {
+    let leaves = summary.leaves().iter();
+    let beyond = leaves.filter(|(_, error)| !plan.keeps_the_error(*error));
+    let &(worst, error) = beyond.clone().max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(Beyond {
         tiles: beyond.count(),
-        worst: worst.square.address().to_string(),
-        error: error(&worst),
+        worst: worst.to_string(),
+        error,
     })
 }
 
-fn slowest(mut records: Vec<TileRecord>) -> Vec<(String, f64)> {
-    records.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
-    let told = |record: &TileRecord| (record.square.address().to_string(), record.seconds);
-    records.iter().take(SLOWEST).map(told).collect()
-}
-
-fn metadata(raster: &dyn Raster, stored: &StoredRaster, plan: &Plan, records: &[TileRecord]) -> Metadata {
-    let provenance = raster.provenance();
-    let [lowest, highest] = finished::heights(records);
-    let [lowest_sample, highest_sample] = stored.heights.map(f64::from);
-    Metadata {
-        format: FORMAT.into(),
-        version: VERSION,
-        scheme: "geographic-tms".into(),
-        bounds: plan.bounds,
-        heights: [lowest.min(lowest_sample), highest.max(highest_sample)],
-        min_zoom: 0,
-        max_zoom: plan.lattice.leaf_zoom,
-        bound: bound_name(plan.bound).into(),
-        max_error: plan.max_error,
-        source: Source {
-            files: provenance.files,
-            crs: raster.georeference().crs_name().into(),
-            vertical_datum: provenance.vertical_datum,
-            samples: raster.size(),
-        },
-        generator: concat!("terrain-ingest ", env!("CARGO_PKG_VERSION")).into(),
-        zooms: finished::zooms(records),
-    }
+fn slowest(records: Vec<TileRecord>) -> Vec<(String, f64)> {
+    let timed = records.into_iter().filter_map(|record| match record.origin {
+        Origin::Made(seconds) => Some((record.square.address().to_string(), seconds)),
+        Origin::Store | Origin::Archive => None,
+    });
+    let mut timed: Vec<(String, f64)> = timed.collect();
+    timed.sort_by(|a, b| b.1.total_cmp(&a.1));
+    timed.truncate(SLOWEST);
+    timed
 }

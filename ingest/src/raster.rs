@@ -6,6 +6,9 @@ mod exr_file;
 mod gdal_file;
 mod layout;
 mod mosaic;
+mod options;
+mod record;
+mod remark;
 mod units;
 
 use std::ops::Range;
@@ -16,71 +19,29 @@ use rayon::prelude::*;
 
 pub(crate) use crs::UNSPECIFIED;
 pub use error::ReadError;
+pub use options::{RasterLimits, ReadOptions};
+pub use record::{RasterRecord, RecordedRaster};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
-use crate::samples::{Extremes, Provenance, Raster, Rectangle};
+use crate::samples::{Extremes, Overrides, Provenance, Raster, Rectangle};
 use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
-
-/// No terrain on any planet is higher or deeper; what is beyond is a void that the file does not declare.
-const HIGHEST: f64 = 100_000.0;
-/// Metres; the Challenger Deep is at −10,935 (Greenaway et al., 2021). Lower samples are kept, with a remark.
-const DEEPEST: f32 = -11_000.0;
-
-/// Metres below all others from which on a lowest sample is remarked.
-const FAR_BELOW: f32 = 500.0;
+use remark::{HIGHEST, remark};
 
 /// Samples that one reader takes at once: 8 MiB of f64.
 const SAMPLES_AT_ONCE: usize = 1 << 20;
-
-/// How to read.
-#[derive(Clone, Default)]
-pub struct ReadOptions {
-    /// Coordinate reference system to use instead of the files' own: a code as `EPSG:2056`, WKT, a PROJ string.
-    pub crs: Option<String>,
-    /// West, south, east, north edges of the outermost pixels, in units of the coordinate reference system, to use
-    /// instead of the files' own.
-    pub bounds: Option<[f64; 4]>,
-    /// What is too large.
-    pub limits: Limits,
-    /// Is told of the samples read.
-    pub progress: Progress,
-}
-
-/// What a raster may ask for; anything larger is refused before it costs memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Samples of one file, and of the rectangle around all of them.
-    pub samples: usize,
-    /// Samples that are kept in memory at once, where a mesh is made of all of them.
-    pub samples_in_memory: usize,
-    /// Bytes of one block (tile or strip) of a file, unpacked.
-    pub block_bytes: usize,
-}
-
-impl Default for Limits {
-    /// Two gigabytes of heights in memory, a quarter of a gigabyte a block.
-    fn default() -> Self {
-        Self {
-            samples: 1 << 40,
-            samples_in_memory: 1 << 29,
-            block_bytes: 1 << 28,
-        }
-    }
-}
 
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
     files: Vec<Source>,
     mosaic: Mosaic,
     georeference: GeoReference,
-    limits: Limits,
+    limits: RasterLimits,
     progress: Progress,
-    /// How the caller overrides what files say.
-    reading: String,
+    overrides: Overrides,
 }
 
 /// A rectangle of one file's samples.
@@ -111,13 +72,30 @@ impl Rasters {
             georeference,
             limits: options.limits,
             progress: options.progress.clone(),
-            reading: format!("{:?} {:?}", options.crs, options.bounds),
+            overrides: options.overrides.clone(),
         })
     }
 
     /// Paths as they were given.
     fn paths(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().map(|file| file.layout().path.as_path())
+    }
+
+    /// All that is known of the rasters but their samples.
+    #[must_use]
+    pub fn record(&self) -> RasterRecord {
+        let first = self.files[0].layout();
+        RasterRecord {
+            paths: self.paths().map(absolute).collect(),
+            crs: first.crs.clone(),
+            to_crs: self.mosaic.to_crs.to_cols_array(),
+            origin: self.mosaic.origin,
+            size: self.size(),
+            extents: self.extents(),
+            block_rows: self.block_rows(),
+            provenance: self.provenance(),
+            stamps: self.stamps(),
+        }
     }
 
     /// All samples as one grid in memory.
@@ -138,21 +116,6 @@ impl Rasters {
             heights,
             georeference: self.georeference,
         })
-    }
-
-    fn all_void(&self) -> ReadError {
-        ReadError::AllVoid(self.files[0].layout().path.clone())
-    }
-
-    /// Remarks on samples that became void because they cannot be heights; counts by file.
-    fn note_wild(&self, wild: &[usize]) {
-        for (file, wild) in self.files.iter().zip(wild).filter(|&(_, &wild)| wild > 0) {
-            let path = file.layout().path.display();
-            let kilometres = HIGHEST / 1000.0;
-            self.progress.note(&format!(
-                "{path}: {wild} samples are infinite or beyond ±{kilometres} km and count as voids; is a nodata value missing?"
-            ));
-        }
     }
 
     /// The rectangle cut into parts of one file each, along its blocks, in the order of files.
@@ -230,51 +193,24 @@ impl Raster for Rasters {
         Provenance {
             files: self.paths().map(file_name).collect(),
             vertical_datum: self.files[0].layout().vertical_datum.clone(),
+            overrides: self.overrides.clone(),
         }
     }
 
     fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
-        self.note_wild(wild);
-        let extremes = extremes.ok_or_else(|| self.all_void())?;
-        if let Some(note) = note_of_low(&extremes) {
-            self.progress.note(&note);
-        }
-        Ok(())
+        let paths: Vec<&Path> = self.paths().collect();
+        remark(&paths, extremes, wild, &self.progress)
     }
 
     /// Path, size and time of the last change of each file, and how they are read.
-    fn stamp(&self) -> String {
-        let stamps: Vec<String> = self.paths().map(stamp_of).collect();
-        format!("{} {}", stamps.join(" "), self.reading)
+    fn stamps(&self) -> Vec<String> {
+        let stamp = |path: &Path| format!("{} {:?}", stamp_of(path), self.overrides);
+        self.paths().map(stamp).collect()
     }
 }
 
-/// A remark on lowest samples that are likely to stand for voids: below every sea floor, or several alike and farther below all
-/// others than these are apart.
-fn note_of_low(extremes: &Extremes) -> Option<String> {
-    let &Extremes {
-        lowest,
-        lowest_count: count,
-        second_lowest,
-        highest,
-    } = extremes;
-    let is_apart = second_lowest.is_some_and(|second| {
-        let gap = second - lowest;
-        count > 1 && gap > FAR_BELOW && gap > highest - second
-    });
-    let why = match () {
-        () if lowest < DEEPEST => "below every sea floor",
-        () if is_apart => "far below all others",
-        () => return None,
-    };
-    Some(format!(
-        "samples at {lowest} m, {why}: {count}; they are taken for heights. If {lowest} means that there is none, say so in the \
-         file: gdal_edit.py -a_nodata {lowest} FILE"
-    ))
-}
-
 fn stamp_of(path: &Path) -> String {
-    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let absolute = absolute(path);
     let changed = std::fs::metadata(path).map(|metadata| {
         let since = metadata
             .modified()
@@ -283,6 +219,10 @@ fn stamp_of(path: &Path) -> String {
         (metadata.len(), since.map(|since| since.as_nanos()))
     });
     format!("{} {:?}", absolute.display(), changed.ok())
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// Puts a part where nothing is yet; returns how many samples were no heights.

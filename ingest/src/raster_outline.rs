@@ -9,10 +9,11 @@
 
 use glam::DVec2;
 use terrain_core::height_field::ground::distance_on_earth;
+use terrain_core::height_field::heights::Heights;
 use terrain_tiles::ellipsoid::on_ellipsoid;
 
-use crate::border::BorderSource;
-use crate::lattice::STRIP;
+use crate::georeference::GeoReference;
+use crate::lattice::{Lattice, STRIP};
 
 /// Places along each axis of a rectangle that are looked up to find the cells under it.
 const PLACES: usize = 17;
@@ -20,6 +21,13 @@ const PLACES: usize = 17;
 const CELLS_AROUND: f64 = 3.0;
 /// How much farther a step may stray between the places that are looked at.
 const BETWEEN_PLACES: f64 = 1.02;
+
+/// What sides and outlines are made from.
+pub(crate) struct BorderSource<'a> {
+    pub(crate) lattice: Lattice,
+    pub(crate) georeference: &'a GeoReference,
+    pub(crate) heights: Heights<'a>,
+}
 
 /// An edge of the grid at which the surface ends.
 #[derive(Clone, Copy, Debug)]

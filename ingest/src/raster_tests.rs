@@ -231,32 +231,28 @@ fn the_caller_can_say_where_a_raster_is() {
     let folder = Folder::new();
     let path = bare(&folder, "bare.tif");
     let options = ReadOptions {
-        crs: Some("EPSG:4326".to_owned()),
-        bounds: Some([-8.0, 1.0, -4.0, 2.0]),
+        overrides: Overrides {
+            crs: Some("EPSG:4326".to_owned()),
+            bounds: Some([-8.0, 1.0, -4.0, 2.0]),
+        },
         ..ReadOptions::default()
     };
     let grid = read(slice::from_ref(&path), &options).unwrap();
     assert_eq!(grid.georeference.geographic_bounds(), [-7.5, 1.25, -4.5, 1.75]);
-    let without_bounds = ReadOptions {
-        bounds: None,
-        ..options.clone()
-    };
+    let mut without_bounds = options.clone();
+    without_bounds.overrides.bounds = None;
     assert!(matches!(
         read(slice::from_ref(&path), &without_bounds),
         Err(ReadError::NoPosition(_))
     ));
-    let unordered = ReadOptions {
-        bounds: Some([8.0, 1.0, 4.0, 2.0]),
-        ..options.clone()
-    };
+    let mut unordered = options.clone();
+    unordered.overrides.bounds = Some([8.0, 1.0, 4.0, 2.0]);
     assert!(matches!(
         read(slice::from_ref(&path), &unordered),
         Err(ReadError::BadBounds(_))
     ));
-    let unknown = ReadOptions {
-        crs: Some("EPSG:999999".to_owned()),
-        ..options
-    };
+    let mut unknown = options;
+    unknown.overrides.crs = Some("EPSG:999999".to_owned());
     assert!(matches!(read(&[path], &unknown), Err(ReadError::UnknownCrs(_))));
 }
 
@@ -264,13 +260,13 @@ fn the_caller_can_say_where_a_raster_is() {
 fn limits_hold_before_memory_is_taken() {
     let folder = Folder::new();
     let path = folder.tiff("a.tif", 3, &[1_i16, 2, 3, 4, 5, 6], |_| {});
-    let few_samples = Limits {
+    let few_samples = RasterLimits {
         samples: 5,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
-    let small_blocks = Limits {
+    let small_blocks = RasterLimits {
         block_bytes: 11,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
     for limits in [few_samples, small_blocks] {
         let options = ReadOptions {
@@ -285,9 +281,9 @@ fn limits_hold_before_memory_is_taken() {
     // Two small files far apart: the grid over both is what is too large.
     let at = |dataset: &mut Dataset| dataset.set_geo_transform(&[110.0, 0.5, 0.0, 50.0, 0.0, -0.5]).unwrap();
     let far = folder.tiff("far.tif", 3, &[1_i16, 2, 3, 4, 5, 6], at);
-    let limits = Limits {
+    let limits = RasterLimits {
         samples: 300,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
     let options = ReadOptions {
         limits,
@@ -327,8 +323,10 @@ fn an_exr_height_map_is_read_where_the_caller_says_it_is() {
     );
     Image::from_layer(layer).write().to_file(&path).unwrap();
     let options = ReadOptions {
-        crs: Some("EPSG:32631".to_owned()),
-        bounds: Some([500_000.0, 4_000_000.0, 500_030.0, 4_000_020.0]),
+        overrides: Overrides {
+            crs: Some("EPSG:32631".to_owned()),
+            bounds: Some([500_000.0, 4_000_000.0, 500_030.0, 4_000_020.0]),
+        },
         ..ReadOptions::default()
     };
     let grid = read(slice::from_ref(&path), &options).unwrap();
@@ -338,9 +336,9 @@ fn an_exr_height_map_is_read_where_the_caller_says_it_is() {
         DVec2::new(500_005.0, 4_000_015.0)
     );
     assert!(matches!(read_one(path.clone()), Err(ReadError::NoCrs(_))));
-    let limits = Limits {
+    let limits = RasterLimits {
         samples: 5,
-        ..Limits::default()
+        ..RasterLimits::default()
     };
     assert!(matches!(
         read(

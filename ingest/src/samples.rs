@@ -42,8 +42,8 @@ pub trait Raster: Sync {
     /// When no sample has a height.
     fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError>;
 
-    /// What must be the same for samples that were read before to be good still.
-    fn stamp(&self) -> String;
+    /// For each file, what must be the same for samples that were read of it before to be good still.
+    fn stamps(&self) -> Vec<String>;
 }
 
 /// What was read of a rectangle.
@@ -99,12 +99,23 @@ impl Extremes {
 }
 
 /// Where samples come from.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Names of the files without their folders.
     pub files: Vec<String>,
     /// Name of the vertical datum, `unspecified` where the raster does not say. Heights are passed through.
     pub vertical_datum: String,
+    /// What was used instead of what the files say of themselves.
+    pub overrides: Overrides,
+}
+
+/// What is used instead of what files say of themselves.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Overrides {
+    /// Coordinate reference system: a code as `EPSG:2056`, WKT, a PROJ string.
+    pub crs: Option<String>,
+    /// West, south, east, north edges of the outermost pixels, in units of the coordinate reference system.
+    pub bounds: Option<[f64; 4]>,
 }
 
 /// A rectangle of samples, cut off at the raster's edges.
@@ -185,6 +196,7 @@ impl Raster for HeightGrid {
         Provenance {
             files: Vec::new(),
             vertical_datum: UNSPECIFIED.to_owned(),
+            overrides: Overrides::default(),
         }
     }
 
@@ -192,9 +204,9 @@ impl Raster for HeightGrid {
         Ok(())
     }
 
-    fn stamp(&self) -> String {
+    fn stamps(&self) -> Vec<String> {
         let bytes: Vec<u8> = self.heights.iter().flat_map(|height| height.to_le_bytes()).collect();
-        Name::of([bytes.as_slice()]).to_string()
+        vec![Name::of([bytes.as_slice()]).to_string()]
     }
 }
 

@@ -30,6 +30,11 @@ impl Name {
         Self(hasher.finish_128())
     }
 
+    /// The name of which this is the text.
+    pub(crate) fn parse(text: &str) -> Result<Self> {
+        Ok(Self(u128::from_str_radix(text, 16)?))
+    }
+
     pub(crate) fn bytes(self) -> [u8; 16] {
         self.0.to_be_bytes()
     }
@@ -84,6 +89,17 @@ impl Store {
             location: location.to_owned(),
             folder: None,
         })
+    }
+
+    /// The store at a folder or an address where there is one already.
+    ///
+    /// # Errors
+    /// When there is no such folder, or the address means nothing.
+    pub fn open_there(location: &str) -> Result<Self> {
+        if !location.contains("://") && !Path::new(location).is_dir() {
+            bail!("{location}: nothing is planned here: begin with `plan`");
+        }
+        Self::open(location)
     }
 
     fn in_folder(folder: &Path, runtime: Arc<Runtime>) -> Result<Self> {

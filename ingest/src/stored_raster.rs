@@ -5,7 +5,7 @@ use crate::georeference::GeoReference;
 use crate::progress::Progress;
 use crate::raster::ReadError;
 use crate::samples::{Raster, Samples};
-use crate::store::{Name, Store};
+use crate::store::Store;
 use crate::verify::Source;
 
 /// Part of the memory to stay below that chunks at hand may take, and the most that is of any use: the operating system keeps
@@ -30,7 +30,16 @@ pub enum TakeError {
     Read(#[from] ReadError),
     /// The store cannot be written or read.
     #[error(transparent)]
-    Store(#[from] anyhow::Error),
+    Store(anyhow::Error),
+}
+
+impl From<anyhow::Error> for TakeError {
+    fn from(error: anyhow::Error) -> Self {
+        match error.downcast() {
+            Ok(error) => Self::Read(error),
+            Err(error) => Self::Store(error),
+        }
+    }
 }
 
 impl StoredRaster {
@@ -39,14 +48,10 @@ impl StoredRaster {
     /// # Errors
     /// When the raster cannot be read or has no height, or the store cannot be written.
     pub fn take(raster: &dyn Raster, store: &Store, memory: u64, progress: &Progress) -> Result<Self, TakeError> {
-        let intake = Intake {
-            raster,
-            store,
-            name: Name::of([raster.stamp().as_bytes()]),
-        };
+        let intake = Intake::new(raster, store);
         let bands = intake.bands();
         progress.stage("reading samples", intake.sample_count());
-        let taken = intake.take(&bands)?;
+        let taken = intake.take(&bands, progress)?;
         progress.done();
         raster.remark(taken.extremes, &taken.wild)?;
         let chunks = ChunkedRaster::new(&intake, taken.names, (memory / SHARE).min(MOST));

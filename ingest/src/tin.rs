@@ -26,9 +26,9 @@ use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier
 use terrain_core::height_field::triangulate::{Outline, triangulate};
 use terrain_core::mesh::{self, Mesh};
 use terrain_tiles::formats::{obj, ply};
+use terrain_tiles::new_file::NewFile;
 
 use crate::height_grid::HeightGrid;
-use crate::new_file::new_file_for;
 use crate::progress::Progress;
 
 /// Plan units in a cell: vertices that are no samples lie on this finer grid.
@@ -242,23 +242,20 @@ fn straight_runs(steps: &BTreeSet<(usize, usize)>, is_turn: impl Fn(usize, usize
 }
 
 fn write(output: &Path, mesh: &Mesh, in_crs: impl Fn(DVec3) -> DVec3, report: &Report) -> Result<()> {
-    let mut file = new_file_for(output)?;
-    let mut writer = BufWriter::new(file.as_file_mut());
     let note = format!(
         "terrain-ingest certified error {} bound {}",
         report.certified_error, report.bound
     );
     let positions: Vec<DVec3> = mesh.positions.iter().map(|&position| in_crs(position)).collect();
-    if output
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
-    {
+    let extension = output.extension().unwrap_or_default();
+    let mut file = NewFile::create(output)?;
+    let mut writer = BufWriter::new(file.file());
+    if extension.eq_ignore_ascii_case("obj") {
         obj::write(&mut writer, &positions, &mesh.triangles, &note)?;
     } else {
         ply::write(&mut writer, &positions, &[], &mesh.triangles, Some(&note))?;
     }
     writer.flush()?;
     drop(writer);
-    file.persist(output)?;
-    Ok(())
+    Ok(file.finish()?)
 }

@@ -37,6 +37,17 @@ impl Work {
         &self.store
     }
 
+    /// Removes the work where there was none before, for a failure before any of it was done.
+    pub(crate) fn abandon(self, failure: Failure) -> Failure {
+        match self.store.folder() {
+            Some(folder) if self.is_new => match fs::remove_dir_all(folder) {
+                Ok(()) => failure,
+                Err(error) => Failure::Other(anyhow!("{}: {error}", folder.display())),
+            },
+            _ => failure,
+        }
+    }
+
     /// Removes the work where it is of no more use, and says how to go on where it is.
     pub(crate) fn end(self, built: Result<Report, BuildError>, keep: bool) -> Result<Report, Failure> {
         let is_of_use = match &built {

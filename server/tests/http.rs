@@ -17,8 +17,8 @@ use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
 use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode, validate};
 use terrain_tiles::formats::spt;
-use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
-use terrain_tiles::tile::Tile;
+use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION, Zoom};
+use terrain_tiles::tile::{Lineage, Tile};
 use tower::ServiceExt;
 
 fn address(zoom: u8, x: u32, y: u32) -> TileAddress {
@@ -42,6 +42,7 @@ fn tile(address: TileAddress) -> Tile {
         extent_bits: 10,
         height_exponent: -2,
         sampling: None,
+        lineage: Lineage::default(),
         partition,
         outline_errors: vec![0.0; 5],
     }
@@ -67,6 +68,8 @@ fn metadata() -> Metadata {
         max_zoom: 1,
         bound: "surface".to_owned(),
         max_error: 1.0,
+        asked: Asked::default(),
+        plan: String::new(),
         source: Source {
             files: vec!["square.tif".to_owned()],
             crs: "EPSG:4326".to_owned(),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use terrain_tiles::archive::Writer;
-use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION};
+use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION};
 
 fn program() -> Command {
     Command::new(env!("CARGO_BIN_EXE_terrain-server"))
@@ -27,6 +27,8 @@ fn empty_archive(folder: &Path, name: &str) -> PathBuf {
         max_zoom: 0,
         bound: "surface".to_owned(),
         max_error: 1.0,
+        asked: Asked::default(),
+        plan: String::new(),
         source: Source {
             files: Vec::new(),
             crs: "EPSG:4326".to_owned(),

@@ -46,7 +46,14 @@ impl Built {
         };
         let work = TempDir::new().unwrap();
         let store = Store::open(&work.path().display().to_string()).unwrap();
-        pyramid::build(&self.rasters, &options, &store, &self.path(name), &Progress::silent()).unwrap();
+        let build = pyramid::Build {
+            raster: &self.rasters,
+            options: &options,
+            store: &store,
+            earlier: None,
+            progress: &Progress::silent(),
+        };
+        build.run(&self.path(name)).unwrap();
     }
 
     fn path(&self, name: &str) -> PathBuf {

@@ -11,7 +11,7 @@ use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spm::{self, ProgressiveMesh};
 use terrain_tiles::formats::spt;
 
-const TILE: &[u8] = include_bytes!("../golden/jacksboro_v2.spt");
+const TILE: &[u8] = include_bytes!("../golden/jacksboro_v3.spt");
 
 fn main() {
     divan::main();

@@ -15,9 +15,9 @@
 //!
 //! A tile's parent and children are then its parent and children in PMTiles, too.
 
-use std::fs::{File, Permissions};
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::{FileExt, PermissionsExt};
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -26,11 +26,11 @@ use pmtiles::{
     AsyncBackend, AsyncPmTilesReader, BackendResponse, CallerKey, Compression, DirEntry, HashMapCache, Header,
     PmTilesWriter, PmtError, PmtResult, TileCoord, TileId, TileType,
 };
-use tempfile::NamedTempFile;
 use thiserror::Error;
 
 use crate::address::{MAX_ZOOM, TileAddress};
 use crate::metadata::{FORMAT, Metadata, VERSION};
+use crate::new_file::NewFile;
 
 /// Largest tile that is written or read, in bytes: what the length field of the tile format can say is more, but no
 /// sound tile comes near this.
@@ -126,17 +126,12 @@ impl Writer {
     }
 
     fn write(mut self, metadata: &Metadata) -> io::Result<()> {
-        let mut target = tempfile::Builder::new()
-            .prefix(".terrain-")
-            .permissions(Permissions::from_mode(0o666))
-            .tempfile_in(folder_of(&self.path))?;
-        self.write_tiles(metadata, &mut target)?;
-        target.as_file().sync_all()?;
-        target.persist(&self.path)?;
-        Ok(())
+        let mut target = NewFile::create(&self.path)?;
+        self.write_tiles(metadata, target.file())?;
+        target.finish()
     }
 
-    fn write_tiles(&mut self, metadata: &Metadata, target: &mut NamedTempFile) -> io::Result<()> {
+    fn write_tiles(&mut self, metadata: &Metadata, target: &mut File) -> io::Result<()> {
         let mut writer = builder(metadata)?.create(target).map_err(into_io)?;
         let mut bytes = Vec::new();
         for tile in &self.tiles {

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::*;
-use crate::metadata::Source;
+use crate::metadata::{Asked, Source};
 
 pub(crate) fn metadata() -> Metadata {
     Metadata {
@@ -16,6 +16,8 @@ pub(crate) fn metadata() -> Metadata {
         max_zoom: 2,
         bound: "surface".to_owned(),
         max_error: 1.0,
+        asked: Asked::default(),
+        plan: String::new(),
         source: Source {
             files: vec!["a.tif".to_owned()],
             crs: "EPSG:4326".to_owned(),
@@ -160,16 +162,16 @@ fn what_is_not_ours_is_refused_in_one_line() {
             .unwrap();
         let line = refusal(&path);
         assert!(
-            line.contains(&format!("not of surface-partition-tiles version 1: {refused}")),
+            line.contains(&format!("not of surface-partition-tiles version 2: {refused}")),
             "{line}"
         );
     }
 
     write(&path, tiles().into_iter());
     let mut later = metadata();
-    later.version = 2;
+    later.version = VERSION + 1;
     Writer::create(&path).unwrap().finish(&later).unwrap();
-    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 2"));
+    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 3"));
 }
 
 #[test]

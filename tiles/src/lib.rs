@@ -23,5 +23,6 @@ pub mod ellipsoid;
 pub mod formats;
 pub mod layer_json;
 pub mod metadata;
+pub mod new_file;
 pub mod progressive;
 pub mod tile;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Name of the format in the metadata of an archive.
 pub const FORMAT: &str = "surface-partition-tiles";
 /// Version of the archive's layout; the tile format has its own.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// An archive's description of itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,12 +28,29 @@ pub struct Metadata {
     pub bound: String,
     /// The error asked for at the leaves, metres.
     pub max_error: f64,
+    /// What was asked for: the same of other rasters is made by asking for it again.
+    pub asked: Asked,
+    /// A hash of what all tiles share: lattice, errors, quality, and where the samples lie.
+    pub plan: String,
     /// What the tiles were made from.
     pub source: Source,
     /// Name and version of the program that wrote the archive.
     pub generator: String,
     /// One entry a zoom, from `min_zoom` to `max_zoom`.
     pub zooms: Vec<Zoom>,
+}
+
+/// What was asked for when an archive was made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    /// Largest error of the leaves in metres; none where it was derived from the raster's cells.
+    pub max_error: Option<f64>,
+    /// How much work went into few triangles: `fast`, `default` or `best`.
+    pub quality: String,
+    /// Coordinate reference system that was used instead of the rasters' own.
+    pub crs: Option<String>,
+    /// West, south, east, north in units of it that were used instead of the rasters' own position.
+    pub bounds: Option<[f64; 4]>,
 }
 
 /// What the tiles were made from.

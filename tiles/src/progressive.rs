@@ -15,6 +15,7 @@ mod level;
 mod number;
 mod plan_model;
 mod range_coder;
+mod ring;
 mod sampling;
 mod schedule;
 mod split;

@@ -25,12 +25,25 @@ pub struct Tile {
     /// Where the source's samples lie on the lattice, if they are in straight columns and rows along its axes: vertices like to
     /// be samples, and are then told in fewer bytes.
     pub sampling: Option<Sampling>,
+    /// What the tile was made from, and what its parent takes over.
+    pub lineage: Lineage,
     /// Positions: x, y in lattice units from the tile's south-west corner (integers), z in metres above the
     /// ellipsoid (or whatever the source's vertical datum is). The last four levels are the sides, in the order of
     /// [`Side::ALL`].
     pub partition: SurfacePartition,
     /// For each level, how far in metres its outline may be from the outline of the source in plan view.
     pub outline_errors: Vec<f64>,
+}
+
+/// What a tile was made from, and what its parent takes over.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lineage {
+    /// A hash of everything that the tile was made from: two tiles of one name are the same. 0 where nobody knows.
+    pub name: u128,
+    /// What was measured of the coarsest surface, which is the parent's finest, in metres; no more than is claimed.
+    pub coarsest_measured: f32,
+    /// How far in metres collapses may have moved the outline of the coarsest surface, without the bulge of straight edges in space.
+    pub outline_strayed: f32,
 }
 
 /// Which level of detail of a tile to draw.
@@ -47,6 +60,12 @@ impl Tile {
     #[must_use]
     pub fn interior_levels(&self) -> usize {
         self.partition.levels.len() - Side::ALL.len()
+    }
+
+    /// Certified vertical error of the finest surface, metres; infinity of a tile without levels.
+    #[must_use]
+    pub fn finest_error(&self) -> f64 {
+        self.partition.levels.last().map_or(f64::INFINITY, |level| level.error)
     }
 
     /// The finest surface: finest interior, every side fine.

@@ -320,18 +320,15 @@ impl Refiner<'_, '_> {
     }
 }
 
-/// Whether `d` is inside the circle through the counter-clockwise `a`, `b` and `c`, exactly. Coordinates are whole
-/// numbers, and less than 2^30 apart.
-fn is_in_circle([a, b, c, d]: [DVec2; 4]) -> bool {
-    let [a, b, c] = [a - d, b - d, c - d];
-    let determinant =
-        a.length_squared() * b.perp_dot(c) + b.length_squared() * c.perp_dot(a) + c.length_squared() * a.perp_dot(b);
-    let size = a.abs().max(b.abs()).max(c.abs()).max_element();
+/// Whether `d` is inside the circle through the counter-clockwise `a`, `b` and `c`, exactly; coordinates are whole numbers.
+fn is_in_circle(corners: [DVec2; 4]) -> bool {
+    let [a, b, c, d] = corners;
+    let [from_a, from_b, from_c] = [a - d, b - d, c - d];
+    let size = from_a.abs().max(from_b.abs()).max(from_c.abs()).max_element();
     if size < EXACT_IN_CIRCLE {
-        return determinant > 0.0;
+        let lifted = |p: DVec2, q: DVec2, r: DVec2| p.length_squared() * q.perp_dot(r);
+        return lifted(from_a, from_b, from_c) + lifted(from_b, from_c, from_a) + lifted(from_c, from_a, from_b) > 0.0;
     }
-    let [a, b, c] = [a, b, c].map(|p| [p.x as i128, p.y as i128]);
-    let squared = |p: [i128; 2]| p[0] * p[0] + p[1] * p[1];
-    let across = |p: [i128; 2], q: [i128; 2]| p[0] * q[1] - p[1] * q[0];
-    squared(a) * across(b, c) + squared(b) * across(c, a) + squared(c) * across(a, b) > 0
+    let [a, b, c, d] = corners.map(|p| robust::Coord { x: p.x, y: p.y });
+    robust::incircle(a, b, c, d) > 0.0
 }

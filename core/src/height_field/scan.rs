@@ -168,6 +168,20 @@ pub fn visit_cells(a: DVec2, b: DVec2, mut visit: impl FnMut(f64, f64)) {
     }
 }
 
+/// Parameters from 0 to 1, growing, at which a coordinate on its way from `from` to `to` is a whole number.
+pub fn crossings(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    let begins_on_a_line = from != to && from.fract() == 0.0;
+    let mut lines = Crossings::new(from, to);
+    let further = std::iter::from_fn(move || {
+        let parameter = lines.next;
+        (parameter <= 1.0).then(|| {
+            lines.pass(parameter);
+            parameter
+        })
+    });
+    begins_on_a_line.then_some(0.0).into_iter().chain(further)
+}
+
 /// Parameters at which a coordinate that runs from `from` to `to` passes whole numbers.
 struct Crossings {
     next: f64,

@@ -22,6 +22,7 @@ use glam::DVec3;
 use crate::levels::attribute::Attribute;
 use crate::levels::collapse_log::{self, Collapse, CollapseLog, LogError};
 use crate::mesh::Mesh;
+use crate::topology::compressed_rows::CompressedRows;
 use crate::topology::connectivity::{Connectivity, EdgeStar};
 use crate::topology::manifold;
 
@@ -213,14 +214,8 @@ impl Replay {
     }
 
     fn coarsest_first(&self, levels: &[u32]) -> Vec<u32> {
-        let mut places = self.counts_from(levels);
-        let mut order = vec![0; levels.len()];
-        for (index, &level) in (0_u32..).zip(levels) {
-            let place = &mut places[level as usize + 1];
-            order[*place as usize] = index;
-            *place += 1;
-        }
-        order
+        let depths = levels.iter().map(|level| self.top_level - level);
+        CompressedRows::sorted(self.top_level as usize + 1, depths.zip(0..)).into_items()
     }
 }
 

@@ -43,28 +43,44 @@ impl CompressedRows {
     }
 
     /// All rows, in order.
-    pub fn rows(&self) -> impl Iterator<Item = &[u32]> {
+    pub fn rows(&self) -> impl Iterator<Item = &[u32]> + Clone {
         self.starts.windows(2).map(|ends| &self.items[ends[0]..ends[1]])
+    }
+
+    /// Pairs of a row below `row_count` and an item, sorted by row; items of one row stay in the order of the pairs (a
+    /// counting sort).
+    pub fn sorted(row_count: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
+        // Where rows begin, two places on: as they are filled, each start moves on to where the next row begins.
+        let mut starts = vec![0; row_count + 2];
+        for (row, _) in pairs.clone() {
+            starts[row as usize + 2] += 1;
+        }
+        for row in 2..starts.len() {
+            starts[row] += starts[row - 1];
+        }
+        let mut items = vec![0; starts[row_count + 1]];
+        for (row, item) in pairs {
+            let place = &mut starts[row as usize + 1];
+            items[*place] = item;
+            *place += 1;
+        }
+        starts.pop();
+        Self { starts, items }
     }
 
     /// As many rows the other way round: `i` is in row `j` where `j` was in row `i`. Its rows grow.
     #[must_use]
     pub fn transposed(&self) -> Self {
-        let mut starts = vec![0; self.starts.len()];
-        for &item in &self.items {
-            starts[item as usize + 1] += 1;
-        }
-        for row in 1..starts.len() {
-            starts[row] += starts[row - 1];
-        }
-        let mut fill = starts.clone();
-        let mut items = vec![0; self.items.len()];
-        for (index, row) in (0_u32..).zip(self.rows()) {
-            for &item in row {
-                items[fill[item as usize]] = index;
-                fill[item as usize] += 1;
-            }
-        }
-        Self { starts, items }
+        let pairs = (0..).zip(self.rows());
+        Self::sorted(
+            self.len(),
+            pairs.flat_map(|(index, row)| row.iter().map(move |&item| (item, index))),
+        )
+    }
+
+    /// The items of all rows, one row after the other.
+    #[must_use]
+    pub fn into_items(self) -> Vec<u32> {
+        self.items
     }
 }

@@ -5,6 +5,8 @@
 //! other way in the triangle across, or is [`NONE`] on the boundary. Every vertex knows one half-edge that leaves it;
 //! on the boundary it is the one with nothing to its right, so that a walk counter-clockwise sees the whole fan.
 
+use crate::topology::compressed_rows::CompressedRows;
+
 /// No half-edge, no triangle.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -24,7 +26,7 @@ pub(crate) fn edges_of(triangle: u32) -> [u32; 3] {
 }
 
 /// Triangles as half-edges.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct HalfEdges {
     /// Where each half-edge begins; [`NONE`] in removed triangles.
     origins: Vec<u32>,
@@ -52,28 +54,12 @@ impl HalfEdges {
         connectivity
     }
 
-    /// Twins by counting sort on the vertex where half-edges begin.
+    /// Looks for each half-edge's twin among those that begin where it ends.
     fn pair_twins(&mut self, vertex_count: usize) {
-        // Where each vertex's half-edges end, counted down to where they begin while they are put there.
-        let mut places = vec![0_u32; vertex_count + 1];
-        for &origin in &self.origins {
-            places[origin as usize] += 1;
-        }
-        let mut total = 0;
-        for place in &mut places {
-            total += *place;
-            *place = total;
-        }
-        let mut sorted = vec![0_u32; self.origins.len()];
-        for edge in (0..self.origins.len() as u32).rev() {
-            let place = &mut places[self.origin(edge) as usize];
-            *place -= 1;
-            sorted[*place as usize] = edge;
-        }
+        let leaving = CompressedRows::sorted(vertex_count, self.origins.iter().copied().zip(0..));
         for edge in 0..self.origins.len() as u32 {
-            let (from, to) = (self.origin(edge), self.end(edge) as usize);
-            let back = &sorted[places[to] as usize..places[to + 1] as usize];
-            if let Some(&twin) = back.iter().find(|&&other| self.end(other) == from) {
+            let (from, to) = (self.origin(edge), self.end(edge));
+            if let Some(&twin) = leaving.row(to).iter().find(|&&other| self.end(other) == from) {
                 self.twins[edge as usize] = twin;
             }
         }
@@ -116,6 +102,15 @@ impl HalfEdges {
         let all = around.chain((0..self.triangle_slots()).filter(|&triangle| self.corners(triangle).is_some()));
         all.filter(|&triangle| !std::mem::replace(&mut is_listed[triangle as usize], true))
             .collect()
+    }
+
+    /// Corners of all triangles, none of which was removed.
+    pub(crate) fn triangles(&self) -> &[[u32; 3]] {
+        self.origins.as_chunks().0
+    }
+
+    pub(crate) fn vertex_slots(&self) -> u32 {
+        self.leaving.len() as u32
     }
 
     pub(crate) fn triangle_slots(&self) -> u32 {

@@ -1,13 +1,12 @@
 //! Straight edges in space over a raster: parabolas, stretch by stretch.
 
-use std::cell::Cell;
-
 use glam::{DVec2, DVec3};
 use terrain_core::height_field::blocks::{Block, Relief};
 use terrain_core::height_field::scan;
 use terrain_tiles::ellipsoid;
 
-use super::Place;
+use super::place::Place;
+use super::worst::Worst;
 use crate::georeference::GeoReference;
 
 /// Cells by which a straight edge in space may leave its parabola, or a parabola a straight line on the grid, before they are
@@ -109,7 +108,7 @@ impl Stretch {
 
     /// The larger of `worst` and the largest difference from the surface.
     pub(super) fn deviation(&self, relief: &Relief, worst: f64) -> f64 {
-        let worst = Cell::new(worst);
+        let worst = Worst::new(worst);
         for [first, last] in self.parts(0.0, 1.0, THIN) {
             let [from, to] = [first, last].map(|t| self.at(t).truncate());
             let beside = self.bulge_between(first, last) + ROUNDING;
@@ -120,8 +119,7 @@ impl Stretch {
                 clip(from, to, low, high).map(within)
             };
             let may_matter = |block: &Block| {
-                in_block(block)
-                    .is_some_and(|[start, end]| super::is_beyond(self.bound_in(block, start, end), worst.get()))
+                in_block(block).is_some_and(|[start, end]| worst.may_grow(self.bound_in(block, start, end)))
             };
             relief.visit_blocks([from, to, to], beside, may_matter, |block| {
                 if let Some([start, end]) = in_block(block) {

@@ -5,8 +5,18 @@ use std::sync::Once;
 
 use glam::{DAffine2, DVec2};
 use proj::{Area, Proj};
+use serde::{Deserialize, Serialize};
 
-use super::{Crs, GeoReferenceError};
+use super::GeoReferenceError;
+
+/// A coordinate reference system by name and in a form that PROJ reads.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Crs {
+    /// `EPSG:4326` where it has a code, its own name otherwise.
+    pub name: String,
+    /// Anything that PROJ takes: a code, WKT, PROJJSON, a PROJ string.
+    pub definition: String,
+}
 
 /// A transformation from a coordinate reference system to WGS84 longitude and latitude in degrees.
 pub(super) struct Projection {

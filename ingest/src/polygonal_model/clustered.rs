@@ -5,8 +5,9 @@ use terrain_core::space::hausdorff::SurfaceTree;
 use terrain_core::streaming::clustering::{Clustering, clustered_mesh, grid_clusterings};
 
 use super::Model;
+use super::certify::keeps;
 use super::levels::{LeveledColumn, LeveledModel};
-use super::simplified::{Target, keeps};
+use super::order::Target;
 use crate::progress::Progress;
 
 /// Steps from the size of one grid's cells to the next smaller one that is looked at.

@@ -5,8 +5,6 @@ use terrain_core::levels::attribute::Attribute;
 use terrain_core::levels::level_view::LevelView;
 use terrain_core::levels::replay::{Replay, Step};
 use terrain_core::{Mesh, SurfacePartition};
-
-use super::spm_file::Lattice;
 use terrain_tiles::formats::polygons::{Column, Storage};
 
 /// A Surface Partition and its columns.
@@ -16,6 +14,13 @@ pub(super) struct LeveledModel {
     pub(super) columns: Vec<LeveledColumn>,
     /// Where the positions were rounded to, if they were.
     pub(super) lattice: Option<Lattice>,
+}
+
+/// Where the positions of a `.spm` file can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lattice {
+    pub(super) origin: DVec3,
+    pub(super) step: DVec3,
 }
 
 /// A column of numbers that follow the vertices from level to level.

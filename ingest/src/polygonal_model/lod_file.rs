@@ -1,16 +1,16 @@
 //! The ASCII file of a progressive multilevel mesh, `.lod`.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
 use terrain_core::streaming::multilevel::{MultilevelLimits, MultilevelMesh};
 use terrain_tiles::formats::lod;
+use terrain_tiles::new_file::NewFile;
 
 use super::ModelError;
 use super::levels::LeveledModel;
-use crate::new_file::new_file_for;
 
 /// Reads the levels of a file of dimension 3. Their errors are not known.
 pub(super) fn read(path: &Path, limits: MultilevelLimits) -> Result<LeveledModel, ModelError> {
@@ -26,10 +26,9 @@ pub(super) fn read(path: &Path, limits: MultilevelLimits) -> Result<LeveledModel
 /// Writes all levels, all at once or not at all, after comments with their errors.
 pub(super) fn write(output: &Path, leveled: &LeveledModel) -> Result<()> {
     let text = lod::write(&multilevel(leveled)?, &errors(leveled));
-    let mut file = new_file_for(output)?;
-    file.write_all(text.as_bytes())?;
-    file.persist(output).map_err(io::Error::from)?;
-    Ok(())
+    let mut file = NewFile::create(output)?;
+    file.file().write_all(text.as_bytes())?;
+    Ok(file.finish()?)
 }
 
 /// The levels as the file has them.

@@ -20,31 +20,11 @@ use terrain_core::topology::manifold::{self, ManifoldError};
 use terrain_core::{CollapseLog, Mesh, SurfacePartition};
 use thiserror::Error;
 
+use super::certify::{certify_levels, distance, keeps};
 use super::levels::{Carrier, LeveledModel};
-use super::{Model, ModelError, certify, clustered, spm_file};
+use super::order::{Order, Target};
+use super::{Model, ModelError, clustered, spm_file};
 use crate::progress::Progress;
-
-/// When to stop simplifying.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Target {
-    /// As far as topology allows.
-    Coarsest,
-    /// With at most so many triangles.
-    Triangles(usize),
-    /// With as few triangles as an error allows, in the model's units.
-    Error(f64),
-}
-
-/// What the levels are for.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Order {
-    /// When to stop simplifying.
-    pub(super) target: Target,
-    /// Where vertices may go.
-    pub(super) placement: Placement,
-    /// Whether positions are to be on a lattice, for a `.spm` file.
-    pub(super) is_rounded: bool,
-}
 
 /// How levels were made.
 #[derive(Clone, Copy, Debug)]
@@ -135,32 +115,6 @@ fn as_manifold<'a>(model: &'a Model, progress: &Progress) -> Result<Cow<'a, Mode
         "surfaces that touch in vertices or along edges are parted there: {count} vertices more"
     ));
     Ok(Cow::Owned(parted))
-}
-
-/// Measures each level; the finest one is the model, unless it is rounded. Errors never shrink towards the coarsest.
-fn certify_levels(leveled: &mut LeveledModel, tree: &SurfaceTree, progress: &Progress) {
-    let count = leveled.level_count();
-    progress.stage("measuring levels", count as u64);
-    let mut error = 0.0;
-    for level in (0..count).rev() {
-        if level + 1 < count || leveled.lattice.is_some() {
-            error = distance(&leveled.partition, level, tree).max(error);
-        }
-        leveled.partition.levels[level].error = error;
-        progress.advance(1);
-    }
-    progress.done();
-}
-
-/// How far a level, 0 being the coarsest, is from the model.
-pub(super) fn distance(partition: &SurfacePartition, level: usize, model: &SurfaceTree) -> f64 {
-    certify::distance(&SurfaceTree::new(&partition.lod(level)), model)
-}
-
-/// Whether all levels from one on, 0 being the coarsest, are within an error of the model; the finest is not measured.
-pub(super) fn keeps(partition: &SurfacePartition, first: usize, error: f64, model: &SurfaceTree) -> bool {
-    let mut coarser = first..partition.levels.len() - 1;
-    coarser.all(|level| distance(partition, level, model) <= error)
 }
 
 fn collapsed(model: &Model, tree: &SurfaceTree, order: Order, progress: &Progress) -> Result<LeveledModel> {

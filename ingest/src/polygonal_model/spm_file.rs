@@ -1,17 +1,16 @@
 //! The progressive mesh file, `.spm`: all levels, compressed, of positions on a lattice.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use glam::DVec3;
 use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spm::{self, ProgressiveMesh};
+use terrain_tiles::new_file::NewFile;
 
 use super::ModelError;
-use super::levels::LeveledModel;
-use crate::new_file::new_file_for;
+use super::levels::{Lattice, LeveledModel};
 
 /// The longest side of a model is divided by two to this, or more where an error asks for it.
 const FEWEST_BITS: u32 = 16;
@@ -19,13 +18,6 @@ const FEWEST_BITS: u32 = 16;
 const MOST_BITS: u32 = 31;
 /// Share of an error that rounding to the lattice may take.
 const SHARE: f64 = 1.0 / 64.0;
-
-/// Where the positions of a file can be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lattice {
-    origin: DVec3,
-    step: DVec3,
-}
 
 /// Reads the levels of a file and their errors.
 pub(super) fn read(path: &Path) -> Result<LeveledModel, ModelError> {
@@ -70,8 +62,7 @@ pub(super) fn write(output: &Path, leveled: &LeveledModel) -> Result<()> {
         }
         None => return write(output, &rounded(leveled, None)?),
     };
-    let mut file = new_file_for(output)?;
-    file.write_all(&bytes)?;
-    file.persist(output).map_err(io::Error::from)?;
-    Ok(())
+    let mut file = NewFile::create(output)?;
+    file.file().write_all(&bytes)?;
+    Ok(file.finish()?)
 }

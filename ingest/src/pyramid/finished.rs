@@ -1,4 +1,4 @@
-//! Finished tiles: how the store keeps them, and how they become an archive.
+//! Finished tiles: where they are, and how they become an archive.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -6,144 +6,243 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::archive::Writer;
-use terrain_tiles::formats::{LevelLimits, spt};
+use terrain_tiles::archive::{Reader, Writer};
+use terrain_tiles::formats::LevelLimits;
+use terrain_tiles::formats::spt::{self, Head};
 use terrain_tiles::metadata::{Metadata, Zoom};
+use terrain_tiles::tile::Tile;
 
 use super::jobs::Child;
 use crate::lattice::Square;
-use crate::node::{Claims, Node};
 use crate::store::{Name, Store};
 
-/// What a finished tile claims, without its bytes.
-#[derive(Clone, Debug)]
+/// A finished tile.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TileRecord {
     pub(crate) square: Square,
     pub(crate) name: Name,
-    pub(crate) claims: Claims,
-    /// What it took to make it.
-    pub(crate) seconds: f64,
+    pub(crate) origin: Origin,
 }
 
-/// What stands in the store before a tile's bytes.
+/// Where a finished tile comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Origin {
+    /// It was made just now, in so many seconds.
+    Made(f64),
+    /// The store had it.
+    Store,
+    /// The archive that is updated had it.
+    Archive,
+}
+
+/// A subtree in the store.
 #[derive(Serialize, Deserialize)]
-struct Head {
-    #[serde(flatten)]
-    claims: Claims,
-    seconds: f64,
+struct Subtree {
+    /// Zoom, column, row and name of each tile.
+    tiles: Vec<(u8, i64, i64, String)>,
 }
 
-impl TileRecord {
-    fn key(square: Square, name: Name) -> String {
-        format!("tiles/{}-{}-{}-{name}", square.zoom, square.x, square.y)
-    }
+/// All finished tiles.
+pub(crate) struct FinishedTiles<'a> {
+    pub(crate) store: &'a Store,
+    /// An archive with tiles that may be good still.
+    pub(crate) archive: Option<&'a Reader>,
+}
 
-    /// The tile of such a name, if the store has it.
-    pub(crate) fn find(store: &Store, square: Square, name: Name) -> Result<Option<Self>> {
-        let Some(bytes) = store.get(&Self::key(square, name))? else {
+impl FinishedTiles<'_> {
+    /// The tile of such a name, if there is one.
+    pub(crate) fn find(&self, square: Square, name: Name) -> Result<Option<TileRecord>> {
+        let origin = if self.is_in_archive(square, name)? {
+            Origin::Archive
+        } else if self.store.has(&tile_key(square, name))? {
+            Origin::Store
+        } else {
             return Ok(None);
         };
-        let (Head { claims, seconds }, _) = parted(&bytes).with_context(|| Self::key(square, name))?;
-        Ok(Some(Self {
-            square,
-            name,
-            claims,
-            seconds,
-        }))
+        Ok(Some(TileRecord { square, name, origin }))
     }
 
-    /// Puts a tile into the store.
-    pub(crate) fn keep(store: &Store, name: Name, node: Node, seconds: f64) -> Result<Self> {
-        let Node { square, bytes, claims } = node;
-        let head = Head { claims, seconds };
-        let told = serde_json::to_vec(&head)?;
-        let mut stored = (told.len() as u32).to_le_bytes().to_vec();
-        stored.extend(told);
-        stored.extend(bytes);
-        store.put(&Self::key(square, name), stored)?;
-        Ok(Self {
-            square,
-            name,
-            claims: head.claims,
-            seconds,
-        })
+    fn is_in_archive(&self, square: Square, name: Name) -> Result<bool> {
+        let Some(archive) = self.archive else { return Ok(false) };
+        let Some(bytes) = archive.tile(square.address())? else {
+            return Ok(false);
+        };
+        let head = head(square.address(), &bytes)?;
+        Ok(head.lineage.name == name.0)
     }
 
-    /// The bytes of the tile.
-    pub(crate) fn tile(&self, store: &Store) -> Result<Vec<u8>> {
-        let key = Self::key(self.square, self.name);
-        let mut bytes = store.expect(&key)?;
-        let head = bytes.len() - parted(&bytes).with_context(|| key)?.1.len();
-        Ok(bytes.split_off(head))
+    /// Gives a tile its name and puts it into the store.
+    pub(crate) fn keep(&self, square: Square, name: Name, mut tile: Tile, seconds: f64) -> Result<TileRecord> {
+        tile.lineage.name = name.0;
+        let bytes = spt::encode(&tile).with_context(|| format!("tile {}", square.address()))?;
+        self.store.put(&tile_key(square, name), bytes)?;
+        let origin = Origin::Made(seconds);
+        Ok(TileRecord { square, name, origin })
     }
 
-    /// What the parent takes of the tile.
-    pub(crate) fn coarsest(&self, store: &Store) -> Result<Child> {
-        let bytes = self.tile(store)?;
-        let tile = spt::decode(&bytes, &LevelLimits::default()).with_context(|| Self::key(self.square, self.name))?;
-        Ok(Child {
-            square: self.square,
-            coarsest: tile.surface(tile.coarsest()),
-            outline_strayed: self.claims.outline_strayed,
-            coarsest_measured: self.claims.coarsest_measured,
-        })
-    }
-}
-
-/// Head and tile.
-fn parted(bytes: &[u8]) -> Result<(Head, &[u8])> {
-    let (length, rest) = bytes.split_first_chunk().context("is cut short")?;
-    let length = u32::from_le_bytes(*length) as usize;
-    ensure!(length <= rest.len(), "is cut short");
-    let (head, tile) = rest.split_at(length);
-    Ok((serde_json::from_slice(head)?, tile))
-}
-
-/// Writes the archive: all tiles in order, copied from the store one by one.
-pub(crate) fn write_archive(
-    store: &Store,
-    records: &[TileRecord],
-    metadata: &Metadata,
-    output: &Path,
-) -> Result<usize> {
-    let mut writer = Writer::create(output)?;
-    let mut total = 0;
-    for record in records {
-        let bytes = record.tile(store)?;
-        total += bytes.len();
-        writer.add(record.square.address(), &bytes)?;
-    }
-    writer.finish(metadata)?;
-    Ok(total)
-}
-
-/// What is said of each zoom.
-pub(crate) fn zooms(records: &[TileRecord]) -> Vec<Zoom> {
-    let mut by_zoom: BTreeMap<u8, Vec<&TileRecord>> = BTreeMap::new();
-    for record in records {
-        by_zoom.entry(record.square.zoom).or_default().push(record);
-    }
-    let zoom = |(zoom, records): (u8, Vec<&TileRecord>)| {
-        let largest =
-            |value: fn(&Claims) -> f64| records.iter().map(|record| value(&record.claims)).fold(0.0, f64::max);
-        Zoom {
-            zoom,
-            tiles: records.len(),
-            triangles: records.iter().map(|record| record.claims.triangles).sum(),
-            finest_error: largest(|claims| claims.finest_error),
-            coarsest_error: largest(|claims| claims.coarsest_error),
-            outline_error: largest(|claims| claims.outline_error),
-            available: rectangles(records.iter().map(|record| record.square.address())),
+    /// The bytes of a tile.
+    pub(crate) fn bytes(&self, record: &TileRecord) -> Result<Vec<u8>> {
+        let address = record.square.address();
+        match (record.origin, self.archive) {
+            (Origin::Archive, Some(archive)) => archive
+                .tile(address)?
+                .with_context(|| format!("tile {address} is no longer in the archive")),
+            _ => self.store.expect(&tile_key(record.square, record.name)),
         }
-    };
-    by_zoom.into_iter().map(zoom).collect()
+    }
+
+    /// What the parent takes of a tile.
+    pub(crate) fn coarsest(&self, record: &TileRecord) -> Result<Child> {
+        let bytes = self.bytes(record)?;
+        let decoded = spt::decode(&bytes, &LevelLimits::default());
+        let tile = decoded.with_context(|| format!("tile {}", record.square.address()))?;
+        Ok(Child {
+            square: record.square,
+            coarsest: tile.surface(tile.coarsest()),
+            lineage: tile.lineage,
+        })
+    }
+
+    /// The tiles of a subtree of such a name, if it was finished. Where an archive is updated, each tile is asked for.
+    pub(crate) fn subtree(&self, square: Square, name: Name) -> Result<Option<Vec<TileRecord>>> {
+        if self.archive.is_some() {
+            return Ok(None);
+        }
+        let key = subtree_key(square, name);
+        let Some(bytes) = self.store.get(&key)? else {
+            return Ok(None);
+        };
+        let damaged = || format!("{key} is damaged");
+        let subtree: Subtree = serde_json::from_slice(&bytes).with_context(damaged)?;
+        let record = |(zoom, x, y, name): (u8, i64, i64, String)| {
+            let name = Name::parse(&name).with_context(damaged)?;
+            let square = Square { zoom, x, y };
+            let origin = Origin::Store;
+            Ok(TileRecord { square, name, origin })
+        };
+        subtree.tiles.into_iter().map(record).collect::<Result<_>>().map(Some)
+    }
+
+    /// Whether a subtree of such a name was finished.
+    pub(crate) fn has_subtree(&self, square: Square, name: Name) -> Result<bool> {
+        self.store.has(&subtree_key(square, name))
+    }
+
+    /// Notes that a subtree is finished. Where tiles are elsewhere than in the store, it is not noted.
+    pub(crate) fn keep_subtree(&self, square: Square, name: Name, records: &[TileRecord]) -> Result<()> {
+        if records.iter().any(|record| record.origin == Origin::Archive) {
+            return Ok(());
+        }
+        let tile = |record: &TileRecord| {
+            let Square { zoom, x, y } = record.square;
+            (zoom, x, y, record.name.to_string())
+        };
+        let subtree = Subtree {
+            tiles: records.iter().map(tile).collect(),
+        };
+        self.store
+            .put(&subtree_key(square, name), serde_json::to_vec(&subtree)?)
+    }
+
+    /// Writes the archive: all tiles in order, one by one. What is said of them all is made of what they say.
+    pub(crate) fn write_archive(
+        &self,
+        records: &mut [TileRecord],
+        output: &Path,
+        metadata: impl FnOnce(&Summary) -> Metadata,
+    ) -> Result<(Metadata, Summary)> {
+        records.sort_by_key(|record| record.square);
+        let mut writer = Writer::create(output)?;
+        let mut summary = Summary::default();
+        for record in records.iter() {
+            let bytes = self.bytes(record)?;
+            let address = record.square.address();
+            let head = head(address, &bytes)?;
+            ensure!(
+                head.lineage.name == record.name.0,
+                "tile {address} in {} is another than was finished",
+                self.store.location()
+            );
+            summary.add(&head, bytes.len());
+            writer.add(address, &bytes)?;
+        }
+        let metadata = metadata(&summary);
+        writer.finish(&metadata)?;
+        Ok((metadata, summary))
+    }
 }
 
-/// Lowest and highest vertex of all tiles, metres.
-pub(crate) fn heights(records: &[TileRecord]) -> [f64; 2] {
-    let all = records.iter().map(|record| record.claims.heights);
-    all.reduce(|[low, high], [lowest, highest]| [low.min(lowest), high.max(highest)])
-        .unwrap_or_default()
+fn tile_key(square: Square, name: Name) -> String {
+    format!("tiles/{}-{}-{}-{name}", square.zoom, square.x, square.y)
+}
+
+fn subtree_key(square: Square, name: Name) -> String {
+    format!("subtrees/{}-{}-{}-{name}.json", square.zoom, square.x, square.y)
+}
+
+fn head(address: TileAddress, bytes: &[u8]) -> Result<Head> {
+    spt::decode_head(bytes, &LevelLimits::default()).with_context(|| format!("tile {address}"))
+}
+
+/// What is said of all tiles.
+pub(crate) struct Summary {
+    zooms: BTreeMap<u8, OfZoom>,
+    /// Lowest and highest vertex, metres.
+    pub(crate) heights: [f64; 2],
+    pub(crate) tile_bytes: usize,
+}
+
+/// What is said of the tiles of one zoom.
+#[derive(Default)]
+struct OfZoom {
+    triangles: usize,
+    /// Largest error of finest and coarsest surfaces, metres.
+    errors: [f64; 2],
+    outline_error: f64,
+    /// Each tile and the error of its finest surface, metres.
+    tiles: Vec<(TileAddress, f64)>,
+}
+
+impl Default for Summary {
+    fn default() -> Self {
+        Self {
+            zooms: BTreeMap::new(),
+            heights: [f64::INFINITY, f64::NEG_INFINITY],
+            tile_bytes: 0,
+        }
+    }
+}
+
+impl Summary {
+    fn add(&mut self, head: &Head, bytes: usize) {
+        self.tile_bytes += bytes;
+        let ([low, high], [lowest, highest]) = (self.heights, head.heights);
+        self.heights = [low.min(lowest), high.max(highest)];
+        let zoom = self.zooms.entry(head.address.zoom).or_default();
+        zoom.triangles += head.triangles;
+        zoom.errors = [0, 1].map(|of| zoom.errors[of].max(head.errors[of]));
+        zoom.outline_error = zoom.outline_error.max(head.outline_error);
+        zoom.tiles.push((head.address, head.errors[0]));
+    }
+
+    /// Tiles of the last zoom and the error of their finest surfaces, metres.
+    pub(crate) fn leaves(&self) -> &[(TileAddress, f64)] {
+        self.zooms.last_key_value().map_or(&[], |(_, zoom)| &zoom.tiles)
+    }
+
+    /// What is said of each zoom.
+    pub(crate) fn zooms(&self) -> Vec<Zoom> {
+        let said = |(&zoom, of_zoom): (&u8, &OfZoom)| Zoom {
+            zoom,
+            tiles: of_zoom.tiles.len(),
+            triangles: of_zoom.triangles,
+            finest_error: of_zoom.errors[0],
+            coarsest_error: of_zoom.errors[1],
+            outline_error: of_zoom.outline_error,
+            available: rectangles(of_zoom.tiles.iter().map(|&(address, _)| address)),
+        };
+        self.zooms.iter().map(said).collect()
+    }
 }
 
 /// Rectangles (first x, first y, last x, last y) that the addresses of one zoom fill exactly.

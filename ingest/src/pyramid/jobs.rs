@@ -21,17 +21,19 @@ use terrain_core::height_field::simplify::{Allowance, Simplifier};
 use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE, on_ellipsoid};
+use terrain_tiles::tile::{Lineage, Tile};
 
 use super::plan::Plan;
-use crate::border::{BorderCurve, BorderSource};
+use crate::border::BorderCurve;
 use crate::certify::Certifier;
-use crate::chunks::ChunkedRaster;
+use crate::chunks::{ChunkView, ChunkedRaster};
 use crate::coarse::CoarseWindow;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::lattice::{Edge, Lattice, Square};
 use crate::leaf;
-use crate::node::{Build, Finest, MODEL_SHARE, Node, kinds};
+use crate::node::{Build, Finest, MODEL_SHARE, kinds};
+use crate::raster_outline::BorderSource;
 use crate::samples::{Samples, Window};
 use crate::stored_raster::StoredRaster;
 
@@ -43,6 +45,8 @@ const LEAF_SHARES: [f64; 4] = [MODEL_SHARE, 0.93, 0.8, 0.6];
 const STRETCHES: usize = 32;
 /// Cells by which a window reaches beyond its square: what a cell at its side needs, and rounding.
 const MARGIN: f64 = 4.0;
+/// Levels of blocks above a tile's own that are searched: the largest are a quarter as wide as the tile.
+const LEVELS_ABOVE: u8 = 5;
 /// Curves that are kept at hand.
 const CURVES: u64 = 1 << 14;
 
@@ -50,8 +54,10 @@ const CURVES: u64 = 1 << 14;
 pub(crate) struct Jobs<'a> {
     pub(crate) plan: Plan,
     pub(crate) raster: &'a ChunkedRaster,
-    pub(crate) georeference: &'a GeoReference,
-    certifier: Certifier<'a>,
+    /// Of the columns and rows as the raster counts them.
+    georeference: &'a GeoReference,
+    /// Of the lattice that the raster is a part of: what is asked of it does not change when the raster grows.
+    of_lattice: GeoReference,
     curves: Cache<Edge, Arc<BorderCurve>>,
 }
 
@@ -59,8 +65,7 @@ pub(crate) struct Jobs<'a> {
 pub(crate) struct Child {
     pub(crate) square: Square,
     pub(crate) coarsest: Mesh,
-    pub(crate) outline_strayed: f64,
-    pub(crate) coarsest_measured: f64,
+    pub(crate) lineage: Lineage,
 }
 
 /// A square's plan coordinates over a grid, and the rectangle in which they are needed.
@@ -119,10 +124,10 @@ impl<'a> Jobs<'a> {
             ..
         } = raster;
         Self {
-            certifier: Certifier::new(georeference, raster, plan.bound),
             plan,
             raster,
             georeference,
+            of_lattice: georeference.of_lattice(),
             curves: Cache::new(CURVES),
         }
     }
@@ -144,7 +149,7 @@ impl<'a> Jobs<'a> {
         }
         let at = |across: usize, up: usize| {
             let share = DVec2::new(across as f64, up as f64) / STRETCHES as f64;
-            self.georeference.grid(low + (high - low) * share)
+            self.of_lattice.grid(low + (high - low) * share)
         };
         let sides =
             (0..=STRETCHES).flat_map(|step| [at(step, 0), at(step, STRETCHES), at(0, step), at(STRETCHES, step)]);
@@ -153,12 +158,12 @@ impl<'a> Jobs<'a> {
         });
         // Between the places a side may bulge by a small part of what it spans.
         let margin = MARGIN + (last - first).max_element() / (STRETCHES * STRETCHES) as f64;
-        let range = |first: f64, last: f64, size: usize| {
-            let start = (first - margin).floor().max(0.0) as usize;
-            start..((last + margin).ceil().max(0.0) as usize + 1).min(size)
+        let (size, origin) = (Samples::size(self.raster), self.georeference.origin());
+        let range = |first: f64, last: f64, axis: usize| {
+            let of_raster = |at: f64| (at as i64 - origin[axis]).max(0) as usize;
+            of_raster((first - margin).floor())..(of_raster((last + margin).ceil()) + 1).min(size[axis])
         };
-        let [columns, rows] = Samples::size(self.raster);
-        let cells = [range(first.x, last.x, columns), range(first.y, last.y, rows)];
+        let cells = [range(first.x, last.x, 0), range(first.y, last.y, 1)];
         cells.iter().all(|range| !range.is_empty()).then_some(cells)
     }
 
@@ -241,20 +246,31 @@ impl<'a> Jobs<'a> {
         Ok(window.map(|window| self.grid_of(window)))
     }
 
-    fn build(&self) -> Build<'_> {
+    fn build<'b>(&'b self, certifier: &'b Certifier<'b>) -> Build<'b> {
         Build {
-            georeference: self.georeference,
+            georeference: &self.of_lattice,
             lattice: self.plan.lattice,
             quality: self.plan.quality,
-            certifier: &self.certifier,
+            certifier,
         }
+    }
+
+    /// The blocks of samples under a square, and where they are.
+    fn view(&self, square: Square, cells: &[Range<usize>; 2]) -> (ChunkView<'a>, GeoReference) {
+        let level = self.plan.height(square) + LEVELS_ABOVE;
+        let view = ChunkView::new(self.raster, cells, level);
+        let [columns, rows] = view.size();
+        let georeference = self.of_lattice.window(view.origin(), columns, rows);
+        (view, georeference)
     }
 
     /// The leaf of a square, if the raster has a surface there.
     ///
     /// # Errors
     /// When samples cannot be read.
-    pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Node>> {
+    pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
+        let (view, of_view) = self.view(square, &cells);
+        let certifier = Certifier::new(&of_view, &view, self.plan.bound);
         let Some(grid) = self.window(cells)? else {
             return Ok(None);
         };
@@ -274,12 +290,8 @@ impl<'a> Jobs<'a> {
             finer: None,
         };
         let curves = self.curves_around(square)?;
-        self.leaf_over(
-            square,
-            &grid.georeference,
-            &reference,
-            curves.each_ref().map(|curve| curve.as_ref()),
-        )
+        let sides = curves.each_ref().map(|curve| curve.as_ref());
+        self.leaf_over(square, &grid.georeference, &reference, sides, &certifier)
     }
 
     fn leaf_over(
@@ -288,22 +300,22 @@ impl<'a> Jobs<'a> {
         georeference: &GeoReference,
         reference: &Reference,
         sides: [&BorderCurve; 4],
-    ) -> Result<Option<Node>> {
+        certifier: &Certifier,
+    ) -> Result<Option<Tile>> {
         let max_error = self.plan.max_error;
-        let mut best: Option<Node> = None;
+        let build = self.build(certifier);
+        let mut best: Option<Tile> = None;
         for share in LEAF_SHARES {
-            let Some(finest) = self.leaf_mesh(georeference, square, reference, sides, share * max_error)? else {
+            let Some(finest) = self.leaf_mesh(&build, georeference, square, reference, sides, share * max_error)?
+            else {
                 return Ok(None);
             };
-            let node = self.build().node(square, reference, finest, sides, max_error)?;
-            let keeps_the_error = self.plan.keeps_the_error(node.claims.finest_error);
-            if best
-                .as_ref()
-                .is_none_or(|best| node.claims.finest_error < best.claims.finest_error)
-            {
-                best = Some(node);
+            let tile = build.node(square, reference, finest, sides, max_error)?;
+            let error = tile.finest_error();
+            if best.as_ref().is_none_or(|best| error < best.finest_error()) {
+                best = Some(tile);
             }
-            if keeps_the_error {
+            if self.plan.keeps_the_error(error) {
                 break;
             }
         }
@@ -312,6 +324,7 @@ impl<'a> Jobs<'a> {
 
     fn leaf_mesh(
         &self,
+        build: &Build,
         georeference: &GeoReference,
         square: Square,
         reference: &Reference,
@@ -328,7 +341,7 @@ impl<'a> Jobs<'a> {
         // Where a step is cut at a line, the cut is rounded.
         let strayed = strayed + lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
-        let mut simplifier = Simplifier::new(surface, kinds, self.build().shape(), self.plan.quality);
+        let mut simplifier = Simplifier::new(surface, kinds, build.shape(), self.plan.quality);
         simplifier.thin(Allowance {
             vertical: tolerance,
             outline: (self.plan.max_error - strayed).max(0.0),
@@ -346,18 +359,19 @@ impl<'a> Jobs<'a> {
     ///
     /// # Errors
     /// When samples cannot be read, or the children do not meet.
-    pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Node> {
-        let georeference = self.georeference;
+    pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Tile> {
+        let (view, georeference) = self.view(square, &cells);
+        let certifier = Certifier::new(&georeference, &view, self.plan.bound);
         let outside = || format!("tile {} is outside the raster", square.address());
-        let [columns, rows] = &cells;
+        let [columns, rows] = view.cells(&cells);
         let first = [columns.start as i64, rows.start as i64];
         let bounds = georeference
             .window(first, columns.len(), rows.len())
             .geographic_bounds();
-        let plan = PlanOfTile::within(self.plan.lattice, square, georeference, bounds).with_context(outside)?;
+        let plan = PlanOfTile::within(self.plan.lattice, square, &georeference, bounds).with_context(outside)?;
         let middle = (columns.start + columns.end) / 2;
-        let window = CoarseWindow::new(self.raster, self.plan.height(square), cells.clone(), |row| {
-            curvature(georeference, 2 * middle, row)
+        let window = CoarseWindow::new(&view, self.plan.height(square), [columns, rows], |row| {
+            curvature(&georeference, 2 * middle, row)
         });
         let place = |at| plan.place(at);
         let reference = window.reference(
@@ -367,16 +381,20 @@ impl<'a> Jobs<'a> {
             Ground::Earth(&place),
             self.plan.bound,
         );
-        let largest = |value: fn(&Child) -> f64| children.iter().map(value).fold(0.0, f64::max);
+        let largest = |value: fn(&Lineage) -> f32| {
+            let values = children.iter().map(|child| f64::from(value(&child.lineage)));
+            values.fold(0.0, f64::max)
+        };
         let finest = Finest {
             mesh: self.welded(children)?,
-            outline_strayed: largest(|child| child.outline_strayed),
-            error: Some(largest(|child| child.coarsest_measured)),
+            outline_strayed: largest(|lineage| lineage.outline_strayed),
+            error: Some(largest(|lineage| lineage.coarsest_measured)),
         };
         let curves = self.curves_around(square)?;
         let sides = curves.each_ref().map(|curve| curve.as_ref());
-        self.build()
-            .node(square, &reference, finest, sides, self.plan.error_at(square.zoom))
+        let tolerance = self.plan.error_at(square.zoom);
+        self.build(&certifier)
+            .node(square, &reference, finest, sides, tolerance)
     }
 
     /// The coarsest meshes of a family as one, in the parent's coordinates.

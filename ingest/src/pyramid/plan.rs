@@ -1,5 +1,7 @@
 //! What is decided before the first tile is made, and the names that follow from it.
 
+use std::collections::BTreeSet;
+
 use glam::DVec2;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
@@ -12,13 +14,15 @@ use crate::store::Name;
 use crate::tin::bound_name;
 
 /// Counts up whenever the same inputs would give other tiles than before: what was made then is not taken for what is made now.
-const ALGORITHM: u32 = 1;
+const ALGORITHM: u32 = 3;
 /// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
 const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
 /// Cells are taken to be no longer than this: beside a pole columns meet.
 const MOST_LENGTHENED: f64 = 10.0;
 /// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
+/// Degrees by which rectangles are widened where it is asked which squares they meet.
+const SLIGHTLY: f64 = 1e-9;
 
 /// What to build.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +33,8 @@ pub struct Options {
     pub bound: Bound,
     /// How much work goes into few triangles.
     pub quality: Quality,
+    /// Leaves of a subtree that is finished as one piece, roughly.
+    pub leaves_of_subtree: u32,
     /// Bytes of memory to stay below, roughly.
     pub memory: u64,
 }
@@ -39,6 +45,7 @@ impl Default for Options {
             max_error: None,
             bound: Bound::Surface,
             quality: Quality::Default,
+            leaves_of_subtree: 256,
             memory: 1 << 30,
         }
     }
@@ -61,6 +68,8 @@ pub(crate) struct Plan {
     pub(crate) max_error: f64,
     pub(crate) bound: Bound,
     pub(crate) quality: Quality,
+    /// Where subtrees begin that are finished as one piece.
+    pub(crate) subtree_zoom: u8,
     /// West, south, east, north of the samples, degrees.
     pub(crate) bounds: [f64; 4],
     /// Of all of this: other parameters make other tiles.
@@ -69,10 +78,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     pub(crate) fn new(georeference: &GeoReference, size: [usize; 2], relief: Relief, options: &Options) -> Self {
-        let centre = DVec2::new(size[0] as f64 - 1.0, size[1] as f64 - 1.0) / 2.0;
-        let sides = georeference.cell_metres(centre);
-        let cell = sides.min_element().max(sides.max_element() / MOST_LENGTHENED);
-        let max_error = options.max_error.unwrap_or_else(|| default_error(cell));
+        let (cell, max_error) = cell_and_error(georeference, size, options);
         let lattice = lattice(cell, max_error, relief);
         let parameters = format!(
             "{ALGORITHM} {lattice:?} {max_error:?} {} {:?} {}",
@@ -85,6 +91,7 @@ impl Plan {
             max_error,
             bound: options.bound,
             quality: options.quality,
+            subtree_zoom: subtree_zoom(lattice.leaf_zoom, options.leaves_of_subtree),
             bounds: georeference.geographic_bounds(),
             name: Name::of([parameters.as_bytes()]),
         }
@@ -115,6 +122,44 @@ impl Plan {
     }
 }
 
+/// The squares in which subtrees may begin that are finished as one piece, of samples in such rectangles of longitudes and
+/// latitudes. No sample need be read for it.
+pub(crate) fn subtrees(
+    georeference: &GeoReference,
+    size: [usize; 2],
+    options: &Options,
+    rectangles: &[[f64; 4]],
+) -> Vec<Square> {
+    let (cell, max_error) = cell_and_error(georeference, size, options);
+    let zoom = subtree_zoom(leaf_zoom(cell, max_error), options.leaves_of_subtree);
+    let squares = rectangles.iter().flat_map(|&rectangle| squares_over(rectangle, zoom));
+    squares.collect::<BTreeSet<Square>>().into_iter().collect()
+}
+
+/// All squares of a zoom that meet a rectangle of longitudes and latitudes; those that only touch it, too.
+fn squares_over([west, south, east, north]: [f64; 4], zoom: u8) -> Vec<Square> {
+    let squares = |from: f64, to: f64, first: f64| {
+        let at = |degrees: f64| ((degrees - first) / 180.0 * f64::from(zoom).exp2()).floor() as i64;
+        at(from - SLIGHTLY)..=at(to + SLIGHTLY)
+    };
+    let rows = squares(south, north, -90.0);
+    let last_row = (1 << zoom) - 1;
+    let rows = (*rows.start()).max(0)..=(*rows.end()).min(last_row);
+    rows.flat_map(|y| squares(west, east, -180.0).map(move |x| Square { zoom, x, y }))
+        .collect()
+}
+
+fn cell_and_error(georeference: &GeoReference, size: [usize; 2], options: &Options) -> (f64, f64) {
+    let centre = DVec2::new(size[0] as f64 - 1.0, size[1] as f64 - 1.0) / 2.0;
+    let sides = georeference.cell_metres(centre);
+    let cell = sides.min_element().max(sides.max_element() / MOST_LENGTHENED);
+    (cell, options.max_error.unwrap_or_else(|| default_error(cell)))
+}
+
+fn subtree_zoom(leaf_zoom: u8, leaves: u32) -> u8 {
+    leaf_zoom.saturating_sub((leaves.max(1).ilog2() / 2) as u8)
+}
+
 /// The error that suits cells of which the shorter side is so many metres long: an eighth of it, rounded to 1, 2 or 5 times a power of ten.
 #[must_use]
 pub(crate) fn default_error(cell: f64) -> f64 {
@@ -128,18 +173,19 @@ pub(crate) fn default_error(cell: f64) -> f64 {
 }
 
 fn lattice(cell: f64, max_error: f64, relief: Relief) -> Lattice {
-    let degrees = cell / METRES_IN_A_DEGREE;
-    let zoom = (180.0 / (degrees * samples_across_a_leaf(cell, max_error)))
-        .log2()
-        .round()
-        .clamp(0.0, 24.0);
     let demand = Demand {
-        cell: degrees,
+        cell: cell / METRES_IN_A_DEGREE,
         max_error,
         steepest_step: relief.steepest_step,
         farthest_height: relief.farthest_height,
     };
-    Lattice::new(zoom as u8, demand)
+    Lattice::new(leaf_zoom(cell, max_error), demand)
+}
+
+fn leaf_zoom(cell: f64, max_error: f64) -> u8 {
+    let degrees = cell / METRES_IN_A_DEGREE;
+    let zoom = (180.0 / (degrees * samples_across_a_leaf(cell, max_error))).log2();
+    zoom.round().clamp(0.0, 24.0) as u8
 }
 
 /// About as many as give a leaf the same number of triangles whatever the error.

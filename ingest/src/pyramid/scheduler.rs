@@ -1,29 +1,30 @@
-//! Which job runs when: subtrees depth first, a parent as soon as its children are there, and nothing that the store has.
+//! Which job runs when: subtrees depth first, a parent as soon as its children are there, and nothing that is finished.
 //! What lives in memory is a path of the tree.
 
 use std::ops::Range;
-use std::sync::Mutex;
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use rayon::prelude::*;
-use terrain_core::height_field::chunks::Chunks;
 
-use super::finished::TileRecord;
+use super::finished::{FinishedTiles, TileRecord};
 use super::jobs::{Child, Jobs};
 use crate::lattice::Square;
 use crate::progress::Progress;
-use crate::store::{Name, Store};
+use crate::samples::Samples;
+use crate::store::Name;
 
-/// Levels below a tile's own at which the names of chunks stand for the samples under it.
-const NAMED_LEVEL_BELOW: u8 = 1;
+/// Levels below a parent's own at which the names of chunks stand for the samples under it: a chunk is then a quarter as wide as
+/// the tile, so that few samples beside it make it another.
+const NAMED_LEVEL_BELOW: u8 = 3;
 
 /// Makes tiles that are missing.
 pub(crate) struct Scheduler<'a> {
     pub(crate) jobs: Jobs<'a>,
-    pub(crate) store: &'a Store,
+    pub(crate) tiles: FinishedTiles<'a>,
     pub(crate) progress: &'a Progress,
-    pub(crate) finished: Mutex<Vec<TileRecord>>,
+    /// Whether tiles that are missing are made.
+    pub(crate) makes_tiles: bool,
 }
 
 impl Scheduler<'_> {
@@ -40,37 +41,62 @@ impl Scheduler<'_> {
         }
     }
 
-    /// Makes the tile of a square and all below it; none where there is no surface.
+    /// Makes the tile of a square and all below it, the tile itself last; none where there is no surface.
     ///
     /// # Errors
     /// When samples cannot be read, or the store cannot be written.
-    pub(crate) fn tile(&self, square: Square) -> Result<Option<TileRecord>> {
+    pub(crate) fn tiles(&self, square: Square) -> Result<Vec<TileRecord>> {
         let Some(cells) = self.cells(square) else {
-            return Ok(None);
+            return Ok(Vec::new());
         };
-        let is_leaf = self.jobs.plan.height(square) == 0;
-        let children: Vec<TileRecord> = if is_leaf {
-            Vec::new()
-        } else {
-            let children = square.children().into_par_iter().map(|child| self.tile(child));
-            let found: Result<Vec<Option<TileRecord>>> = children.collect();
-            found?.into_iter().flatten().collect()
-        };
-        if !is_leaf && children.is_empty() {
-            return Ok(None);
+        if square.zoom != self.jobs.plan.subtree_zoom {
+            return self.tile_and_below(square, cells);
         }
-        let name = self.name(square, &cells, &children);
-        let record = match TileRecord::find(self.store, square, name)? {
+        let name = self.subtree_name(square, &cells);
+        if let Some(finished) = self.tiles.subtree(square, name)? {
+            self.progress.skip(self.count_leaves(square));
+            return Ok(finished);
+        }
+        let made = self.tile_and_below(square, cells)?;
+        self.tiles.keep_subtree(square, name, &made)?;
+        Ok(made)
+    }
+
+    /// Whether a subtree is finished.
+    pub(crate) fn has_subtree(&self, square: Square) -> Result<bool> {
+        match self.cells(square) {
+            Some(cells) => self.tiles.has_subtree(square, self.subtree_name(square, &cells)),
+            None => Ok(true),
+        }
+    }
+
+    fn tile_and_below(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Vec<TileRecord>> {
+        let is_leaf = self.jobs.plan.height(square) == 0;
+        let (mut all, mut children) = (Vec::new(), Vec::new());
+        if !is_leaf {
+            let below = square.children().into_par_iter().map(|child| self.tiles(child));
+            let below: Result<Vec<Vec<TileRecord>>> = below.collect();
+            for records in below? {
+                children.extend(records.last().cloned());
+                all.extend(records);
+            }
+            if children.is_empty() {
+                return Ok(all);
+            }
+        }
+        let name = self.name(square, &cells, &children)?;
+        let found = self.tiles.find(square, name)?;
+        let is_found = found.is_some();
+        all.extend(match found {
             Some(record) => Some(record),
             None => self.make(square, cells, name, &children)?,
-        };
-        if let Some(record) = &record {
-            self.lock().push(record.clone());
+        });
+        match (is_leaf, is_found) {
+            (true, true) => self.progress.skip(1),
+            (true, false) => self.progress.advance(1),
+            (false, _) => {}
         }
-        if is_leaf {
-            self.progress.advance(1);
-        }
-        Ok(record)
+        Ok(all)
     }
 
     fn make(
@@ -80,34 +106,62 @@ impl Scheduler<'_> {
         name: Name,
         children: &[TileRecord],
     ) -> Result<Option<TileRecord>> {
+        if !self.makes_tiles {
+            bail!("tile {} has not been made", square.address());
+        }
         let started = Instant::now();
-        let node = if children.is_empty() {
+        let tile = if children.is_empty() {
             self.jobs.leaf(square, cells)?
         } else {
-            let family: Result<Vec<Child>> = children.iter().map(|child| child.coarsest(self.store)).collect();
+            let family: Result<Vec<Child>> = children.iter().map(|child| self.tiles.coarsest(child)).collect();
             Some(self.jobs.parent(square, cells, &family?)?)
         };
         self.jobs.raster.check()?;
-        let Some(node) = node else { return Ok(None) };
-        TileRecord::keep(self.store, name, node, started.elapsed().as_secs_f64()).map(Some)
+        let Some(tile) = tile else { return Ok(None) };
+        let seconds = started.elapsed().as_secs_f64();
+        self.tiles.keep(square, name, tile, seconds).map(Some)
     }
 
     /// Everything that a tile is made from, as one number.
-    fn name(&self, square: Square, [columns, rows]: &[Range<usize>; 2], children: &[TileRecord]) -> Name {
-        let place = format!("{} {} {}", square.zoom, square.x, square.y);
-        let level = self.named_level(square);
-        let chunks = self.jobs.raster.chunks_over(level, columns, rows);
-        let names = children
-            .iter()
-            .map(|child| child.name)
-            .chain(chunks.into_iter().map(|(_, name)| name));
-        let names: Vec<u8> = names.flat_map(Name::bytes).collect();
-        Name::of([&self.jobs.plan.name.bytes(), place.as_bytes(), &names])
+    fn name(&self, square: Square, cells: &[Range<usize>; 2], children: &[TileRecord]) -> Result<Name> {
+        let below: Vec<u8> = children.iter().flat_map(|child| child.name.bytes()).collect();
+        let samples = if self.jobs.plan.height(square) == 0 {
+            let [columns, rows] = cells.clone();
+            let window = self.jobs.raster.window(columns, rows)?;
+            let heights = window.heights.iter().flat_map(|height| height.to_le_bytes());
+            heights.collect()
+        } else {
+            self.names_of_chunks(square, cells)
+        };
+        Ok(self.named(square, cells, &[&samples, &below]))
     }
 
-    fn named_level(&self, square: Square) -> u8 {
-        let height = self.jobs.plan.height(square).saturating_sub(NAMED_LEVEL_BELOW);
-        height.min(self.jobs.raster.top())
+    /// Everything that a subtree is made from.
+    fn subtree_name(&self, square: Square, cells: &[Range<usize>; 2]) -> Name {
+        self.named(square, cells, &[&self.names_of_chunks(square, cells)])
+    }
+
+    /// The name of what is made for a square by the plan, of such parts. How far samples reach, and up to which level there are
+    /// blocks of them, is a part of it, too.
+    fn named(&self, square: Square, cells: &[Range<usize>; 2], parts: &[&[u8]]) -> Name {
+        let raster = self.jobs.raster;
+        let level = self.jobs.plan.height(square).min(raster.top());
+        let place = format!("{square:?} {level} {:?}", raster.on_lattice(cells));
+        let plan = self.jobs.plan.name.bytes();
+        let all = [plan.as_slice(), place.as_bytes()].into_iter();
+        Name::of(all.chain(parts.iter().copied()))
+    }
+
+    /// The names of all chunks that have samples under a square, or just beside it where coarse samples of its height may be.
+    fn names_of_chunks(&self, square: Square, cells: &[Range<usize>; 2]) -> Vec<u8> {
+        let height = self.jobs.plan.height(square);
+        let level = height.saturating_sub(NAMED_LEVEL_BELOW).min(self.jobs.raster.top());
+        let step = 1_usize << height;
+        let [columns, rows] = cells
+            .each_ref()
+            .map(|range| range.start.saturating_sub(step)..range.end + step);
+        let chunks = self.jobs.raster.chunks_over(level, &columns, &rows);
+        chunks.into_iter().flat_map(|(_, name)| name.bytes()).collect()
     }
 
     /// The samples under a square, if it has any.
@@ -116,9 +170,5 @@ impl Scheduler<'_> {
         let level = self.jobs.plan.height(square).min(self.jobs.raster.top());
         let has_samples = !self.jobs.raster.chunks_over(level, &cells[0], &cells[1]).is_empty();
         has_samples.then_some(cells)
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<TileRecord>> {
-        self.finished.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }

@@ -87,7 +87,10 @@ impl ReadError {
     pub(super) fn gdal(path: &Path, error: GdalError) -> Self {
         match error {
             GdalError::NullPointer { msg, .. } | GdalError::CplError { msg, .. } if msg.is_empty() => {
-                Self::unreadable(path, "it is of no format that is read here")
+                match std::fs::metadata(path) {
+                    Ok(_) => Self::unreadable(path, "it is of no format that is read here"),
+                    Err(gone) => Self::unreadable(path, gone),
+                }
             }
             GdalError::NullPointer { msg, .. } | GdalError::CplError { msg, .. } => Self::unreadable(path, msg),
             other => Self::unreadable(path, other),

@@ -30,8 +30,15 @@ impl ExrFile {
             .ok_or_else(no_image)?;
         let (columns, rows) = (header.layer_size.width(), header.layer_size.height());
         layout::check_size(path, columns, rows, options.limits.samples)?;
-        let definition = options.crs.as_ref().ok_or_else(|| ReadError::NoCrs(path.to_owned()))?;
-        let bounds = options.bounds.ok_or_else(|| ReadError::NoPosition(path.to_owned()))?;
+        let definition = options
+            .overrides
+            .crs
+            .as_ref()
+            .ok_or_else(|| ReadError::NoCrs(path.to_owned()))?;
+        let bounds = options
+            .overrides
+            .bounds
+            .ok_or_else(|| ReadError::NoPosition(path.to_owned()))?;
         let to_crs = layout::from_bounds(bounds, columns, rows)?;
         let layout = Layout::new(path, (columns, rows), to_crs, &crs::from_user(definition)?)?;
         Ok(Self {

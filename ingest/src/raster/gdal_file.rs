@@ -168,7 +168,7 @@ fn to_metres(path: &Path, band: &RasterBand, progress: &Progress) -> (f64, f64) 
 fn layout(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Layout, ReadError> {
     let (columns, rows) = dataset.raster_size();
     let reference = reference(path, dataset, options)?;
-    let to_crs = match options.bounds {
+    let to_crs = match options.overrides.bounds {
         Some(bounds) => layout::from_bounds(bounds, columns, rows)?,
         None => {
             let transform = dataset
@@ -181,7 +181,7 @@ fn layout(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Layou
 }
 
 fn reference(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<SpatialRef, ReadError> {
-    match &options.crs {
+    match &options.overrides.crs {
         Some(definition) => crs::from_user(definition),
         None => dataset.spatial_ref().map_err(|_| ReadError::NoCrs(path.to_owned())),
     }

@@ -3,7 +3,7 @@
 use glam::{DAffine2, DVec2};
 
 use super::layout::{self, Layout};
-use super::{Limits, ReadError};
+use super::{RasterLimits, ReadError};
 
 /// Largest distance, in cells, of a file's samples from the first file's lattice.
 const MISALIGNMENT: f64 = 0.01;
@@ -24,7 +24,7 @@ pub(super) struct Mosaic {
 
 impl Mosaic {
     /// The smallest grid over all `layouts`.
-    pub(super) fn new(layouts: &[&Layout], limits: Limits) -> Result<Self, ReadError> {
+    pub(super) fn new(layouts: &[&Layout], limits: RasterLimits) -> Result<Self, ReadError> {
         let first = *layouts.first().ok_or(ReadError::NoFile)?;
         let offsets = layouts
             .iter()

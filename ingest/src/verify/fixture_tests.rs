@@ -7,8 +7,8 @@ use std::collections::{BTreeMap, HashMap};
 use glam::{DVec2, DVec3};
 use terrain_core::{Band, Collapse, CollapseLog, Mesh, SurfacePartition};
 use terrain_tiles::address::{Side, TileAddress};
-use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
-use terrain_tiles::tile::Tile;
+use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION, Zoom};
+use terrain_tiles::tile::{Lineage, Tile};
 
 use super::super::tiles::Tiles;
 use crate::georeference::GeoReference;
@@ -235,6 +235,7 @@ fn tile(address: TileAddress, mesh: &Mesh, collapses: &[Option<(DVec2, DVec2)>])
         extent_bits: BITS - address.zoom,
         height_exponent: -6,
         sampling: None,
+        lineage: Lineage::default(),
         partition,
         outline_errors,
     }
@@ -277,6 +278,8 @@ fn metadata(tiles: &BTreeMap<TileAddress, Tile>) -> Metadata {
         max_zoom: 1,
         bound: "surface".to_owned(),
         max_error: CLAIMED,
+        asked: Asked::default(),
+        plan: String::new(),
         source: Source {
             files: Vec::new(),
             crs: "EPSG:4326".to_owned(),

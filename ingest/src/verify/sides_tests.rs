@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use terrain_core::SurfacePartition;
+use terrain_tiles::tile::Lineage;
 
 use super::*;
 use crate::georeference::GeoReference;
@@ -13,6 +14,7 @@ fn tile(zoom: u8, x: u32, y: u32) -> Tile {
         extent_bits: 10 - zoom,
         height_exponent: 0,
         sampling: None,
+        lineage: Lineage::default(),
         partition: SurfacePartition::default(),
         outline_errors: Vec::new(),
     }

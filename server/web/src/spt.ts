@@ -6,10 +6,10 @@ import type { Sampling } from "./progressive/split_decoder.ts";
 import type { Point } from "./progressive/surface.ts";
 
 /** Bytes of the header before the numbers of any length, and of the samples behind them. */
-const [FIXED_BYTES, SAMPLING_BYTES] = [25, 32];
+const [FIXED_BYTES, SAMPLING_BYTES] = [49, 32];
 const LONGEST_NUMBER = 6;
 const MAGIC = 0x4c545053; // "SPTL", little-endian
-const VERSION = 2;
+const VERSION = 3;
 const SIDES = 4;
 const SAMPLED = 1;
 /** Samples lie at least so far from each other and at most so far from the tile's corner, in lattice units. */

@@ -5,7 +5,7 @@ import { decodeTile, decodeTilePrefix, TileError } from "../src/spt.ts";
 
 // Written by the encoder in Rust; what its own decoder makes of the larger one stands beside it.
 const GOLDEN = "../../tiles/golden/";
-const SMALL = readFileSync(`${GOLDEN}small_v2.spt`);
+const SMALL = readFileSync(`${GOLDEN}small_v3.spt`);
 
 test("a tile of the encoder comes back, heights in metres", () => {
   const tile = decodeTile(SMALL);
@@ -18,16 +18,16 @@ test("a tile of the encoder comes back, heights in metres", () => {
 });
 
 test("the levels of a real tile are those that the decoder in Rust finds, byte for byte", () => {
-  const { positions, representatives, corners } = decodeTile(readFileSync(`${GOLDEN}jacksboro_v2.spt`));
+  const { positions, representatives, corners } = decodeTile(readFileSync(`${GOLDEN}jacksboro_v3.spt`));
   const bytes = [positions, representatives, corners].map(({ buffer }) => Buffer.from(buffer));
-  assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}jacksboro_v2.arrays`)));
+  assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}jacksboro_v3.arrays`)));
 });
 
 test("of the first tenth of a tile the decoder in Rust makes the same, byte for byte", () => {
-  const whole = readFileSync(`${GOLDEN}square_v2.spt`);
+  const whole = readFileSync(`${GOLDEN}square_v3.spt`);
   const { positions, representatives, corners, levels } = decodeTilePrefix(whole.subarray(0, Math.floor(whole.length / 10)));
   const bytes = [positions, representatives, corners].map(({ buffer }) => Buffer.from(buffer));
-  assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}square_v2_tenth.arrays`)));
+  assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}square_v3_tenth.arrays`)));
   assert.equal(levels[0]!.error, Infinity, "no level is whole");
   assert.deepEqual(decodeTilePrefix(whole).levels, decodeTile(whole).levels);
 });
@@ -57,16 +57,16 @@ test("bytes changed at random never give anything but a tile or a clear error", 
 test("what contradicts the header or the directory is refused by name", () => {
   const cases: [number, number, RegExp][] = [
     [0, 0x54, /magic/],
-    [4, 1, /version 1 is not 2/],
+    [4, 1, /version 1 is not 3/],
     [5, 63, /zoom 63/],
     [6, 41, /2\^41/],
     [9, 255, /off the Earth/],
     [19, 127, /lowest height/],
-    [25, 4, /4 levels/],
-    [28, 127, /fill|cut off/],
-    [26, 100, /base/],
-    [30, 100, /triangle count/],
-    [31, 0x81, /error/],
+    [49, 4, /4 levels/],
+    [52, 127, /fill|cut off/],
+    [50, 100, /base/],
+    [54, 100, /triangle count/],
+    [55, 0x81, /error/],
   ];
   for (const [at, value, message] of cases) {
     const bytes = Uint8Array.from(SMALL);

@@ -12,6 +12,7 @@
 mod bounds;
 mod decode;
 mod encode;
+mod from_tile;
 mod square;
 mod validate;
 
@@ -22,9 +23,7 @@ pub use encode::encode;
 pub use validate::{Fault, validate};
 
 use crate::address::{Side, TileAddress};
-use crate::ellipsoid::{Geodetic, normal, to_earth_centred};
-use crate::tile::Tile;
-use square::CompletedSquare;
+use crate::ellipsoid::Geodetic;
 
 /// Largest value of a vertex coordinate: the east and the north side, and the largest height.
 pub const EXTENT: u16 = 32_767;
@@ -69,56 +68,6 @@ pub struct QuantizedMesh {
 }
 
 impl QuantizedMesh {
-    /// The finest surface of `tile`, completed to its whole square at height 0.
-    #[must_use]
-    pub fn from_tile(tile: &Tile) -> Self {
-        let mesh = tile.surface(tile.finest());
-        Self::from_surface(
-            tile.address,
-            square::complete(&mesh, tile.extent_bits, tile.address.zoom),
-        )
-    }
-
-    /// The bare ellipsoid over the square of `address`: height 0, nothing measured.
-    #[must_use]
-    pub fn ellipsoid(address: TileAddress) -> Self {
-        let nothing = terrain_core::Mesh::default();
-        Self::from_surface(address, square::complete(&nothing, 1, address.zoom))
-    }
-
-    fn from_surface(address: TileAddress, surface: CompletedSquare) -> Self {
-        let surface = number_by_first_use(surface);
-        let scale = HeightScale::over(surface.points.iter().map(|point| point.height));
-        let vertices: Vec<Vertex> = surface
-            .points
-            .iter()
-            .map(|point| Vertex {
-                u: point.u,
-                v: point.v,
-                height: scale.round(point.height),
-            })
-            .collect();
-        let heights = scale.ends();
-        let positions: Vec<DVec3> = vertices
-            .iter()
-            .map(|vertex| to_earth_centred(geodetic(address, heights, *vertex)))
-            .collect();
-        let (sphere_center, sphere_radius) = bounds::sphere(&positions);
-        let normals = vertex_normals(address, &vertices, &positions, &surface.triangles);
-        Self {
-            center: sphere_center,
-            heights,
-            sphere_center,
-            sphere_radius,
-            horizon_occlusion_point: bounds::horizon_occlusion_point(sphere_center, &positions),
-            edges: edge_lists(&vertices, &surface.triangles),
-            vertices,
-            triangles: surface.triangles,
-            normals: Some(normals.into_iter().map(bounds::oct_encode).collect()),
-            measured_triangles: Some(surface.measured),
-        }
-    }
-
     /// Longitude, latitude and height of vertex `index` of this mesh at `address`, as clients work them out.
     ///
     /// # Panics
@@ -145,121 +94,6 @@ fn geodetic(address: TileAddress, heights: [f32; 2], vertex: Vertex) -> Geodetic
     }
 }
 
-/// Renumbers the vertices in the order in which the triangles use them, which is what high-water-mark coding wants;
-/// those that no triangle uses go.
-fn number_by_first_use(surface: CompletedSquare) -> CompletedSquare {
-    let mut numbers = vec![u32::MAX; surface.points.len()];
-    let mut points = Vec::with_capacity(surface.points.len());
-    let mut number = |old: u32| {
-        let slot = &mut numbers[old as usize];
-        if *slot == u32::MAX {
-            *slot = points.len() as u32;
-            points.push(surface.points[old as usize]);
-        }
-        *slot
-    };
-    let triangles = surface
-        .triangles
-        .iter()
-        .map(|triangle| triangle.map(&mut number))
-        .collect();
-    CompletedSquare {
-        points,
-        triangles,
-        measured: surface.measured,
-    }
-}
-
-/// How metres become 0…[`EXTENT`]: in whole steps of a power of two, counted from height 0. Tiles with one step agree
-/// bit for bit where they share a vertex, and exactly with the source when the step divides its own; tiles with
-/// different steps differ by half the larger one at most.
-struct HeightScale {
-    /// Metres.
-    step: f64,
-    /// The lowest height in steps from 0.
-    lowest: f64,
-    /// The highest height in steps from 0.
-    highest: f64,
-}
-
-impl HeightScale {
-    /// Below a thousandth of a millimetre a finer step is of no use.
-    const SMALLEST_EXPONENT: i32 = -20;
-
-    /// The smallest step in which the range fits. Both ends are then exact in the header's `f32`, too, whose 24 bits
-    /// hold any count of steps below 2^24.
-    fn over(heights: impl Iterator<Item = f64>) -> Self {
-        let (lowest, highest) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| {
-            (low.min(h), high.max(h))
-        });
-        let mut step = f64::from(Self::SMALLEST_EXPONENT).exp2();
-        loop {
-            let scale = Self {
-                step,
-                lowest: (lowest / step).floor(),
-                highest: (highest / step).ceil(),
-            };
-            let fits = scale.highest - scale.lowest <= f64::from(EXTENT);
-            let exact = scale.lowest.abs() + f64::from(EXTENT) < f64::from(1 << 24);
-            // Not a number and infinity never fit; they end here.
-            if (fits && exact) || step > f64::from(1 << 24) {
-                return scale;
-            }
-            step *= 2.0;
-        }
-    }
-
-    fn round(&self, height: f64) -> u16 {
-        (height / self.step - self.lowest).round() as u16
-    }
-
-    /// What 0 and [`EXTENT`] stand for; the same where all heights are one.
-    fn ends(&self) -> [f32; 2] {
-        let span = if self.highest > self.lowest {
-            f64::from(EXTENT)
-        } else {
-            0.0
-        };
-        [self.lowest, self.lowest + span].map(|steps| (steps * self.step) as f32)
-    }
-}
-
-/// Averages of the triangles around each vertex, weighted by area. Walls do not count: they would darken the rim of the
-/// ground they stand on. On a side the neighbouring vertices' triangles count, too: a side's own may all be slivers, whose
-/// slope says nothing and would show as a line along the tile's border. At a pole, where a side is one point, the ellipsoid's normal steps in.
-fn vertex_normals(
-    address: TileAddress,
-    vertices: &[Vertex],
-    positions: &[DVec3],
-    triangles: &[[u32; 3]],
-) -> Vec<DVec3> {
-    let level = || triangles.iter().filter(|triangle| plan_area(vertices, **triangle) > 0);
-    let mut sums = vec![DVec3::ZERO; vertices.len()];
-    for triangle in level() {
-        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-        let area_vector = (b - a).cross(c - a);
-        triangle.iter().for_each(|&vertex| sums[vertex as usize] += area_vector);
-    }
-    let around = sums.clone();
-    for &[a, b, c] in level() {
-        for [vertex, next, last] in
-            [[a, b, c], [b, c, a], [c, a, b]].map(|corners| corners.map(|corner| corner as usize))
-        {
-            if is_on_any_side(vertices[vertex]) {
-                sums[vertex] += around[next] + around[last];
-            }
-        }
-    }
-    let up = |vertex: &Vertex| {
-        let place = geodetic(address, [0.0; 2], *vertex);
-        normal(place.longitude, place.latitude)
-    };
-    sums.iter()
-        .zip(vertices)
-        .map(|(sum, vertex)| sum.try_normalize().unwrap_or_else(|| up(vertex)))
-        .collect()
-}
-
 /// Twice the area in plan view, in squared coordinate units; 0 for a wall, negative for a triangle seen from below.
 fn plan_area(vertices: &[Vertex], triangle: [u32; 3]) -> i64 {
     let [a, b, c] = triangle.map(|vertex| {
@@ -278,33 +112,6 @@ fn across_and_along(side: Side, vertex: Vertex) -> (u16, u16) {
         Side::East => (EXTENT - vertex.u, EXTENT - vertex.v),
         Side::South => (vertex.v, EXTENT - vertex.u),
     }
-}
-
-fn is_on_any_side(vertex: Vertex) -> bool {
-    Side::ALL.iter().any(|&side| across_and_along(side, vertex).0 == 0)
-}
-
-/// The vertices on each side. Where measured ground ends at a fill, two are at one place; the one that belongs to the
-/// part before it comes first, so that a skirt follows the step.
-fn edge_lists(vertices: &[Vertex], triangles: &[[u32; 3]]) -> [Vec<u32>; 4] {
-    Side::ALL.map(|side| {
-        let place = |index: u32| across_and_along(side, vertices[index as usize]);
-        let on_side = |index: u32| place(index).0 == 0;
-        let mut rank = vec![1_u8; vertices.len()];
-        let directed = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
-        for (start, end) in directed.filter(|&(a, b)| on_side(a) && on_side(b)) {
-            // Counter-clockwise triangles run against the clock on the tile's border; walls run nowhere.
-            if place(start).1 > place(end).1 {
-                rank[start as usize] = 0;
-                if rank[end as usize] != 0 {
-                    rank[end as usize] = 2;
-                }
-            }
-        }
-        let mut list: Vec<u32> = (0..vertices.len() as u32).filter(|&index| on_side(index)).collect();
-        list.sort_by_key(|&index| (place(index).1, rank[index as usize]));
-        list
-    })
 }
 
 #[cfg(test)]

@@ -9,6 +9,8 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use super::bounds::{horizon_occlusion_point, oct_encode};
 use super::*;
 use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
+use crate::ellipsoid::{normal, to_earth_centred};
+use crate::tile::{Lineage, Tile};
 
 /// A tile with `mesh` as its only level.
 fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
@@ -22,6 +24,7 @@ fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
         extent_bits,
         height_exponent: -6,
         sampling: None,
+        lineage: Lineage::default(),
         partition: SurfacePartition::from_log(mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.0; 5],
     }

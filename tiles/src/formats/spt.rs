@@ -1,4 +1,4 @@
-//! The progressive tile format, version 2: `docs/formats/spt.md` is its specification.
+//! The progressive tile format, version 3: `docs/formats/spt.md` is its specification.
 //!
 //! ```text
 //! ┌────────┬───────────┬─────────┬─────────┬─ … ─┬──────┬───────┬──────┬───────┐
@@ -16,14 +16,14 @@ use thiserror::Error;
 use super::fields::{self, Directory, Entry, Fields, Format};
 use crate::address::{Side, TileAddress};
 use crate::progressive::{self, BaseSize, Frame, Run, Sampling};
-use crate::tile::Tile;
+use crate::tile::{Lineage, Tile};
 
 use super::{DecodeError, LevelLimits};
 
 const FORMAT: Format = Format {
     name: "progressive terrain tile",
     magic: *b"SPTL",
-    version: 2,
+    version: 3,
 };
 /// Lattice coordinates must stay exact integers in an `f64`.
 const MAX_EXTENT_BITS: u8 = 40;
@@ -82,6 +82,43 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, TileError> {
     Ok(bytes)
 }
 
+/// What a tile says of itself before its levels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Head {
+    /// Which square of the Earth.
+    pub address: TileAddress,
+    /// What it was made from, and what its parent takes over.
+    pub lineage: Lineage,
+    /// Lowest and highest height of any vertex of any level, metres.
+    pub heights: [f64; 2],
+    /// Triangles of the finest surface.
+    pub triangles: usize,
+    /// Certified vertical error of the finest and of the coarsest surface, metres.
+    pub errors: [f64; 2],
+    /// How far the outline of the coarsest surface may be from that of the source in plan view, metres.
+    pub outline_error: f64,
+}
+
+/// Reads what stands before the levels: the first bytes of a tile are enough.
+///
+/// # Errors
+/// When the bytes are not the beginning of a tile of this version, or exceed `limits`.
+pub fn decode_head(bytes: &[u8], limits: &LevelLimits) -> Result<Head, DecodeError> {
+    let (header, entries, _) = read_head(bytes, limits)?;
+    let (Some(coarsest), Some(finest)) = (entries.first(), entries.last()) else {
+        return Err(DecodeError::OutOfRange("the number of levels"));
+    };
+    let step = f64::from(header.height_exponent).exp2();
+    Ok(Head {
+        address: header.address,
+        lineage: header.lineage,
+        heights: header.frame.bounds.map(|bound| bound.z * step),
+        triangles: finest.level.triangle_end as usize,
+        errors: [finest.level.error, coarsest.level.error],
+        outline_error: f64::from(coarsest.outline_error),
+    })
+}
+
 /// Reads a whole tile. Vertices and triangles of each level come in the order of their splits.
 ///
 /// # Errors
@@ -130,6 +167,7 @@ fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, Decode
         extent_bits: header.extent_bits,
         height_exponent: header.height_exponent,
         sampling: header.frame.sampling,
+        lineage: header.lineage,
         partition,
         outline_errors,
     })
@@ -164,6 +202,7 @@ struct Header {
     extent_bits: u8,
     height_exponent: i8,
     levels: usize,
+    lineage: Lineage,
     base: BaseSize,
     frame: Frame,
 }
@@ -176,6 +215,7 @@ impl Header {
         let [x, y] = [u32::from_le_bytes(x?), u32::from_le_bytes(y?)];
         let heights = [i32::from_le_bytes(lowest?), i32::from_le_bytes(highest?)];
         let [flags] = fields.bytes()?;
+        let lineage = Lineage::read(fields)?;
         let levels = fields.number()? as usize;
         limits.check_levels(levels)?;
         if levels <= Side::ALL.len() {
@@ -201,6 +241,7 @@ impl Header {
             extent_bits,
             height_exponent: height_exponent.cast_signed(),
             levels,
+            lineage,
             base,
             frame,
         })
@@ -219,10 +260,33 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], base: BaseS
     bytes.extend(tile.address.y.to_le_bytes());
     heights.iter().for_each(|height| bytes.extend(height.to_le_bytes()));
     bytes.push(u8::from(tile.sampling.is_some()) * SAMPLED);
+    tile.lineage.write(bytes);
     bytes.extend(tile.partition.levels.len().encode_var_vec());
     bytes.extend(base.vertices.encode_var_vec());
     bytes.extend(base.triangles.encode_var_vec());
     tile.sampling.iter().for_each(|sampling| sampling.write(bytes));
+}
+
+impl Lineage {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        bytes.extend(self.name.to_be_bytes());
+        let inherited = [self.coarsest_measured, self.outline_strayed];
+        bytes.extend(inherited.iter().flat_map(|error| error.to_le_bytes()));
+    }
+
+    fn read(fields: &mut Fields) -> Result<Self, DecodeError> {
+        let name = u128::from_be_bytes(fields.bytes()?);
+        let [coarsest_measured, outline_strayed] =
+            [f32::from_le_bytes(fields.bytes()?), f32::from_le_bytes(fields.bytes()?)];
+        if !(coarsest_measured >= 0.0 && outline_strayed >= 0.0) {
+            return Err(DecodeError::OutOfRange("what the parent takes over"));
+        }
+        Ok(Self {
+            name,
+            coarsest_measured,
+            outline_strayed,
+        })
+    }
 }
 
 /// The smallest `f32` that is not below `value`.

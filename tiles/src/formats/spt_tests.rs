@@ -40,6 +40,7 @@ pub(crate) fn small_tile() -> Tile {
         extent_bits: 6,
         height_exponent: -2,
         sampling: None,
+        lineage: Lineage::default(),
         partition: SurfacePartition::from_log(&mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.5, 0.25, 0.0, 0.0, 0.0, 0.0],
     }
@@ -85,7 +86,7 @@ fn samples_are_stored_and_shorten_a_tile_whose_vertices_they_are() {
 
 #[test]
 fn bytes_written_by_version_2_are_read_for_ever() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v2.spt");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/small_v3.spt");
     let golden = std::fs::read(file).unwrap();
     assert_same(&decode(&golden, &LevelLimits::default()).unwrap(), &small_tile());
     assert_eq!(
@@ -113,27 +114,32 @@ fn arrays(tile: &Tile) -> Vec<u8> {
 fn a_real_tile_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
     let golden = |name: &str| format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"));
     let tile = decode(
-        &std::fs::read(golden("jacksboro_v2.spt")).unwrap(),
+        &std::fs::read(golden("jacksboro_v3.spt")).unwrap(),
         &LevelLimits::default(),
     )
     .unwrap();
-    assert!(arrays(&tile) == std::fs::read(golden("jacksboro_v2.arrays")).unwrap());
+    assert!(arrays(&tile) == std::fs::read(golden("jacksboro_v3.arrays")).unwrap());
     assert_eq!(tile.partition.triangles.len(), 1671);
 }
 
 #[test]
 fn the_header_and_the_directory_stand_where_the_specification_says() {
-    let bytes = encode(&small_tile()).unwrap();
+    let mut tile = small_tile();
+    tile.lineage = Lineage {
+        name: 0x0102_0304_0506_0708_090a_0b0c_0d0e_0f10,
+        coarsest_measured: 1.5,
+        outline_strayed: 0.25,
+    };
+    let bytes = encode(&tile).unwrap();
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
-    assert_eq!(&bytes[..8], b"SPTL\x02\x03\x06\xfe");
+    assert_eq!(&bytes[..8], b"SPTL\x03\x03\x06\xfe");
     assert_eq!([8, 12, 16, 20].map(word), [5, 2, 0, 5]);
-    assert_eq!(
-        bytes[24..28],
-        [0, 6, 3, 1],
-        "no samples, six levels, the base is one triangle"
-    );
-    assert_eq!(bytes[29], 14, "vertices of level 0");
-    assert_eq!(bytes[30], 26, "15 triangles are 13 fewer than two a vertex");
+    assert_eq!(bytes[24], 0, "no samples");
+    assert_eq!(bytes[25..41], (1..=16).collect::<Vec<u8>>(), "the name");
+    assert_eq!([41, 45].map(word), [1.5_f32.to_bits(), 0.25_f32.to_bits()]);
+    assert_eq!(bytes[49..52], [6, 3, 1], "six levels, the base is one triangle");
+    assert_eq!(bytes[53], 14, "vertices of level 0");
+    assert_eq!(bytes[54], 26, "15 triangles are 13 fewer than two a vertex");
     let tile = decode(&bytes, &LevelLimits::default()).unwrap();
     let vertices: Vec<u32> = tile.partition.levels.iter().map(|level| level.vertex_end).collect();
     assert_eq!(vertices, [14, 15, 16, 16, 16, 16]);
@@ -171,14 +177,14 @@ fn largest_difference(coarse: &Mesh, fine: &Mesh) -> f64 {
 
 #[test]
 fn the_first_tenth_of_a_tile_draws_its_whole_square() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v2.spt");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v3.spt");
     let bytes = std::fs::read(file).unwrap();
     let whole = decode(&bytes, &LevelLimits::default()).unwrap();
     let tenth = decode_prefix(&bytes[..bytes.len() / 10], &LevelLimits::default()).unwrap();
     partition::validate(&tenth.partition).unwrap();
     let (fine, coarse) = (whole.surface(whole.finest()), tenth.surface(tenth.finest()));
     terrain_core::mesh::validate(&coarse).unwrap();
-    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v2_tenth.arrays");
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v3_tenth.arrays");
     assert!(
         arrays(&tenth) == std::fs::read(golden).unwrap(),
         "as the decoder in TypeScript has it"
@@ -245,6 +251,18 @@ fn more_than_the_limits_allow_is_refused() {
         decode(&bytes, &limits),
         Err(DecodeError::Limit("the number of vertices"))
     );
+}
+
+#[test]
+fn the_head_is_what_the_whole_tile_says() {
+    let tile = small_tile();
+    let bytes = encode(&tile).unwrap();
+    let head = decode_head(&bytes[..bytes.len() - 1], &LevelLimits::default()).unwrap();
+    assert_eq!(head.triangles, tile.surface(tile.finest()).triangles.len());
+    assert_eq!(head.errors, [1.0, 2.0]);
+    assert_eq!(head.outline_error, 0.5);
+    assert_eq!(head.heights, [0.0, 1.25]);
+    assert_eq!((head.address, head.lineage), (tile.address, tile.lineage));
 }
 
 #[test]

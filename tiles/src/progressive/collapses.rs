@@ -13,7 +13,7 @@ use terrain_core::topology::connectivity::{Connectivity, EdgeStar};
 use terrain_core::{Collapse, Mesh, SurfacePartition};
 
 use super::flatness::{Flatness, Neighbourhood};
-use super::surface::Side;
+use super::ring::Side;
 
 /// Stands for no collapse.
 pub(super) const NONE: u32 = u32::MAX;

@@ -12,8 +12,9 @@
 use glam::DVec3;
 
 use super::range_coder::{Coder, Probability};
+use super::ring::{Ring, are_possible};
 use super::split::{Split, SplitModel};
-use super::surface::{GrowingSurface, Ring, are_possible};
+use super::surface::GrowingSurface;
 
 /// Valences that have statistics of their own.
 const VALENCES: usize = 12;

@@ -4,8 +4,8 @@ use terrain_core::SurfacePartition;
 
 use super::collapses::{Collapses, NONE};
 use super::level::SplitSource;
+use super::ring::{Cuts, Ring, Spoke};
 use super::split::Split;
-use super::surface::{Cuts, Ring, Spoke};
 
 /// Splits of one level after the other, each as soon as those that it needs were made.
 pub(super) struct Schedule<'a> {

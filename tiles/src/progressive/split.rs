@@ -12,9 +12,10 @@ use glam::DVec3;
 use super::number::{NumberModel, SIGNS, code_symbol};
 use super::plan_model::{Expected, Known, PlanModel};
 use super::range_coder::{Coder, Probability};
+use super::ring::{Cuts, Ring, Side};
 use super::sampling::{Fit, Sampling};
 use super::star::{Axes, along, height_at, misfits, nearest, turn};
-use super::surface::{Cuts, Ring, Side, Vertex};
+use super::surface::Vertex;
 
 /// Ranks that have statistics of their own.
 const RANKS: usize = 8;

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::surface::{Ring, Side, Spoke};
+use super::ring::{Ring, Side, Spoke};
 
 /// The coordinates of a star in the order in which they are coded: two across the surface and the third, its height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

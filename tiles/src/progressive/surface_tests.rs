@@ -1,3 +1,4 @@
+use super::super::ring::are_possible;
 use super::*;
 
 /// A square of four triangles around vertex 4.

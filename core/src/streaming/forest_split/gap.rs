@@ -11,7 +11,8 @@
 //! The fill is a binary tree: the triangle on the edge from the polygon's last corner to its first has its third corner
 //! somewhere between; what is left of it and right of it are polygons again.
 
-use super::surface::{ClosedSurface, next};
+use super::surface::ClosedSurface;
+use crate::topology::half_edges::next;
 
 /// A corner of a gap: the triangles of the surface that meet there.
 #[derive(Clone, Debug, PartialEq)]

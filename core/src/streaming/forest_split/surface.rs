@@ -12,6 +12,8 @@ use std::collections::HashMap;
 
 use thiserror::Error;
 
+use crate::topology::half_edges::{HalfEdges, next};
+
 /// A triangle has three half-edges and at most three virtual neighbours.
 const MOST_TRIANGLES: u32 = u32::MAX / 12;
 
@@ -37,10 +39,8 @@ pub enum SurfaceError {
 pub struct ClosedSurface {
     vertex_count: u32,
     triangle_count: u32,
-    /// Corners of the real triangles, then of the virtual ones.
-    corners: Vec<u32>,
-    /// The half-edge that runs the other way.
-    opposite: Vec<u32>,
+    /// Of the real triangles, then of the virtual ones.
+    half_edges: HalfEdges,
 }
 
 impl ClosedSurface {
@@ -68,18 +68,17 @@ impl ClosedSurface {
         triangle_count: u32,
         triangles: Vec<[u32; 3]>,
     ) -> Result<Self, SurfaceError> {
-        let half_edges = directed_edges(&triangles)?;
-        let corners = triangles.into_flattened();
-        let opposite_of = |half_edge: u32| {
-            let (from, to) = (corners[half_edge as usize], corners[next(half_edge) as usize]);
-            half_edges.get(&(to, from)).copied().ok_or(SurfaceError::Edge(from, to))
-        };
-        let opposite = (0..corners.len() as u32).map(opposite_of).collect::<Result<_, _>>()?;
+        directed_edges(&triangles)?;
+        let last = triangles.as_flattened().iter().copied().max();
+        let closed_vertex_count = last.map_or(0, |vertex| vertex + 1).max(vertex_count);
+        let half_edges = HalfEdges::new(closed_vertex_count as usize, triangles);
+        if let Some((from, to)) = half_edges.boundary().next() {
+            return Err(SurfaceError::Edge(from, to));
+        }
         let surface = Self {
             vertex_count,
             triangle_count,
-            corners,
-            opposite,
+            half_edges,
         };
         surface.check_fans()?;
         Ok(surface)
@@ -100,7 +99,7 @@ impl ClosedSurface {
     /// All edges, smaller vertex first, in growing order.
     #[must_use]
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let half_edges = 0..self.corners.len() as u32;
+        let half_edges = 0..self.half_edge_count() as u32;
         let ends = half_edges.map(|half_edge| [self.origin(half_edge), self.target(half_edge)]);
         let mut edges: Vec<[u32; 2]> = ends.filter(|&[from, to]| from < to && !self.is_virtual(to)).collect();
         edges.sort_unstable();
@@ -108,7 +107,7 @@ impl ClosedSurface {
     }
 
     pub(super) fn closed_triangles(&self) -> &[[u32; 3]] {
-        self.corners.as_chunks().0
+        self.half_edges.triangles()
     }
 
     pub(super) fn is_virtual(&self, vertex: u32) -> bool {
@@ -117,33 +116,29 @@ impl ClosedSurface {
 
     /// One past the last virtual vertex.
     pub(super) fn closed_vertex_count(&self) -> u32 {
-        let last = self.corners.iter().copied().max();
-        last.map_or(0, |vertex| vertex + 1).max(self.vertex_count)
+        self.half_edges.vertex_slots()
     }
 
     pub(super) fn half_edge_count(&self) -> usize {
-        self.corners.len()
+        3 * self.closed_triangles().len()
     }
 
     pub(super) fn origin(&self, half_edge: u32) -> u32 {
-        self.corners[half_edge as usize]
+        self.half_edges.origin(half_edge)
     }
 
     pub(super) fn target(&self, half_edge: u32) -> u32 {
-        self.corners[next(half_edge) as usize]
+        self.half_edges.end(half_edge)
     }
 
     pub(super) fn opposite(&self, half_edge: u32) -> u32 {
-        self.opposite[half_edge as usize]
+        self.half_edges.twin(half_edge)
     }
 
     /// For each vertex, virtual ones as well, one half-edge that leaves it, where there is any.
     pub(super) fn leaving(&self) -> Vec<Option<u32>> {
-        let mut leaving = vec![None; self.closed_vertex_count() as usize];
-        for (half_edge, &vertex) in (0..).zip(&self.corners) {
-            leaving[vertex as usize].get_or_insert(half_edge);
-        }
-        leaving
+        let vertices = 0..self.closed_vertex_count();
+        vertices.map(|vertex| self.half_edges.leaving(vertex).next()).collect()
     }
 
     /// The half-edges that leave the vertex that `first` leaves, clockwise.
@@ -155,7 +150,8 @@ impl ClosedSurface {
     fn check_fans(&self) -> Result<(), SurfaceError> {
         let leaving = self.leaving();
         let mut degrees = vec![0; leaving.len()];
-        self.corners.iter().for_each(|&vertex| degrees[vertex as usize] += 1);
+        let corners = self.closed_triangles().as_flattened();
+        corners.iter().for_each(|&vertex| degrees[vertex as usize] += 1);
         for first in leaving.into_iter().flatten() {
             let vertex = self.origin(first);
             if self.fan(first).count() != degrees[vertex as usize] {
@@ -163,14 +159,6 @@ impl ClosedSurface {
             }
         }
         Ok(())
-    }
-}
-
-/// The next half-edge of the same triangle.
-pub(super) fn next(half_edge: u32) -> u32 {
-    match half_edge % 3 {
-        2 => half_edge - 2,
-        _ => half_edge + 1,
     }
 }
 
