@@ -14,6 +14,7 @@ pub(crate) mod fan;
 pub(crate) mod filters;
 pub mod finer;
 pub(crate) mod flat;
+pub mod ground;
 pub mod heights;
 pub(crate) mod improve;
 pub(crate) mod interval;

@@ -33,6 +33,8 @@ use worst::Worst;
 
 /// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
 const BESIDE: f64 = 1e-3;
+/// Metres below which a triangle is a line as seen from above, as where two corners are at a pole: its edges say all.
+const THINNEST: f64 = 1e-6;
 /// Cells around a triangle that is straight on the grid where samples may be covered by it.
 const AROUND: f64 = 0.02;
 /// Cells by which an edge may leave the straight line on the grid before its triangles are searched as rectangles.
@@ -212,7 +214,8 @@ impl<'a> Measure<'a> {
     fn triangle(&mut self, corners: [u32; 3]) {
         let [a, b, c] = corners.map(|corner| self.places[corner as usize]);
         let normal = (b.space - a.space).cross(c.space - a.space);
-        if normal == DVec3::ZERO {
+        let longest = (b.space - a.space).length().max((c.space - a.space).length());
+        if normal.dot(a.up) <= THINNEST * longest {
             return;
         }
         let edges = self.edges_of(corners);
@@ -237,9 +240,11 @@ impl<'a> Measure<'a> {
             edge.between = edge.between.max(between);
         }
         let bulge = edges.iter().map(|&edge| self.edges[edge].bulge).fold(0.0, f64::max);
+        // From a pole a triangle reaches down between the meridians of its other corners, whatever longitude the pole has.
+        let is_at_pole = [a, b, c].iter().any(|place| place.is_pole);
         let floor = self.worst - between;
         let mut worst = floor;
-        if bulge <= NEARLY_STRAIGHT {
+        if bulge <= NEARLY_STRAIGHT && !is_at_pole {
             let grid = [a, b, c].map(|place| place.grid);
             worst = plane.deviation(&self.relief, &self.curvature, grid, AROUND + bulge, worst);
         } else {

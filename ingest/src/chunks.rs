@@ -22,7 +22,7 @@ use terrain_core::height_field::chunks::{Chunks, top_over};
 use terrain_core::height_field::relief::{CHUNK, CORNERS, Chunk};
 
 use crate::progress::Progress;
-use crate::samples::{Raster, Samples, Window};
+use crate::samples::{Extremes, Raster, Samples, Window};
 use crate::store::{Name, Store};
 
 /// Where the first sample of the first file is on the lattice of chunks, in both directions: a multiple of any chunk's size.
@@ -80,8 +80,7 @@ pub(crate) struct Band {
 struct BandRecord {
     /// Column and row of each chunk with a height, and the hash of its samples.
     chunks: Vec<(u32, u32, String)>,
-    /// Lowest and highest sample.
-    heights: Option<[f32; 2]>,
+    extremes: Option<Extremes>,
     /// For each file that reaches into it how many samples became void because they cannot be heights.
     wild: Vec<usize>,
 }
@@ -97,8 +96,8 @@ pub(crate) struct Intake<'a> {
 /// What was taken into the store, and what is remarkable of it that cannot be heights.
 pub(crate) struct Taken {
     pub(crate) names: BTreeMap<ChunkId, Name>,
-    /// Lowest and highest sample, metres; the lowest above the highest where there is none.
-    pub(crate) heights: [f32; 2],
+    /// None where nothing has a height.
+    pub(crate) extremes: Option<Extremes>,
     pub(crate) wild: Vec<usize>,
 }
 
@@ -156,7 +155,7 @@ impl<'a> Intake<'a> {
     pub(crate) fn take(&self, bands: &[Band], progress: &Progress) -> Result<Taken> {
         let mut taken = Taken {
             names: BTreeMap::new(),
-            heights: [f32::INFINITY, f32::NEG_INFINITY],
+            extremes: None,
             wild: vec![0; self.raster.extents().len()],
         };
         for band in bands {
@@ -165,8 +164,8 @@ impl<'a> Intake<'a> {
                 let name = Name::parse(name).context("a record of chunks is damaged")?;
                 taken.names.insert(ChunkId { level: 0, x: *x, y: *y }, name);
             }
-            let [lowest, highest] = record.heights.unwrap_or(taken.heights);
-            taken.heights = [taken.heights[0].min(lowest), taken.heights[1].max(highest)];
+            let both = taken.extremes.into_iter().chain(record.extremes);
+            taken.extremes = both.reduce(Extremes::with);
             for (file, wild) in self.files_in(band).into_iter().zip(record.wild) {
                 taken.wild[file] += wild;
             }
@@ -258,13 +257,6 @@ impl<'a> Intake<'a> {
             Ok(Some((x as u32, y as u32, name.to_string())))
         };
         let chunks: Result<Vec<_>> = ids.into_par_iter().map(put).filter_map(Result::transpose).collect();
-        let heights = rectangle
-            .heights
-            .iter()
-            .copied()
-            .filter(|height| !height.is_nan())
-            .map(|height| [height, height])
-            .reduce(|[lowest, highest], [height, _]| [lowest.min(height), highest.max(height)]);
         let wild = self
             .files_in(band)
             .into_iter()
@@ -272,7 +264,7 @@ impl<'a> Intake<'a> {
             .collect();
         Ok(BandRecord {
             chunks: chunks?,
-            heights,
+            extremes: Extremes::of(&rectangle.heights),
             wild,
         })
     }
@@ -681,6 +673,10 @@ impl Samples for ChunkedRaster {
             }
         }
         Ok(window)
+    }
+
+    fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool {
+        !self.chunks_over(0, &columns, &rows).is_empty()
     }
 }
 

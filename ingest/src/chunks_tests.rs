@@ -9,7 +9,7 @@ use super::*;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::raster::ReadError;
-use crate::samples::{Provenance, Rectangle};
+use crate::samples::{Extremes, Provenance, Rectangle};
 
 /// A raster whose first sample is not the first one of its lattice, and that counts how often it is read.
 struct Shifted {
@@ -72,8 +72,8 @@ impl Raster for Shifted {
         self.grid.provenance()
     }
 
-    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError> {
-        self.grid.remark(lowest, wild)
+    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
+        self.grid.remark(extremes, wild)
     }
 
     fn stamps(&self) -> Vec<String> {

@@ -12,13 +12,14 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
+use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::refine::Frame;
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
-use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS};
+use terrain_tiles::ellipsoid::{Geodetic, on_ellipsoid};
 use terrain_tiles::formats::spt;
 use terrain_tiles::tile::{Detail, Lineage, Tile};
 
@@ -108,7 +109,7 @@ impl Build<'_> {
             partition,
             outline_errors,
         };
-        let coarsest_measured = self.certify(square, &mut tile, finest.error, tolerance);
+        let coarsest_measured = self.certify(square, &mut tile, sides, finest.error, tolerance);
         tile.lineage = Lineage {
             name: 0,
             coarsest_measured: spt::rounded_up(coarsest_measured),
@@ -149,11 +150,18 @@ impl Build<'_> {
 
     /// Fills in the error of every level: measured, and never smaller than that of a finer one; `tolerance` is the zoom's. Tells
     /// what was measured of the coarsest one.
-    fn certify(&self, square: Square, tile: &mut Tile, known: Option<f64>, tolerance: f64) -> f64 {
+    fn certify(
+        &self,
+        square: Square,
+        tile: &mut Tile,
+        sides: [&BorderCurve; 4],
+        known: Option<f64>,
+        tolerance: f64,
+    ) -> f64 {
         let interior = tile.interior_levels();
         let mut finer = tile.surface(tile.finest());
         let full = known.unwrap_or_else(|| self.error_of(square, &finer, NEARLY * tolerance));
-        let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
+        let bulge = |mesh: &Mesh| self.side_bulge(square, mesh, sides);
         let (mut error, mut measured) = (full, Some(full));
         let count = tile.partition.levels.len();
         let mut outline = tile.outline_errors[count - 1] + bulge(&finer);
@@ -208,21 +216,33 @@ impl Build<'_> {
         }
     }
 
-    /// How far, in metres, edges of the outline that are straight in space bulge from straight ones on the map.
-    fn outline_bulge(&self, square: Square, mesh: &Mesh) -> f64 {
-        let sides = leaf::frame(self.lattice, square);
-        let bulges = boundary_edges(&mesh.triangles).into_iter().filter_map(|(a, b)| {
-            let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize]);
-            if sides.along_side(a.truncate(), b.truncate()) {
-                return None;
+    /// How far, in metres, edges that are straight in space bulge from the tile's southern and northern side where that is an
+    /// outline.
+    fn side_bulge(&self, square: Square, mesh: &Mesh, sides: [&BorderCurve; 4]) -> f64 {
+        let extent = self.lattice.extent(square.zoom) as f64;
+        let mut bulge: f64 = 0.0;
+        for side in [Side::South, Side::North] {
+            let start = leaf::side_start(self.lattice, square, side);
+            let outlines: Vec<[f64; 2]> = leaf::own_runs(sides[side as usize], side)
+                .filter(|run| run.has_surface != [true; 2])
+                .map(|run| run.ends().map(|end| (end - start) as f64))
+                .collect();
+            let y = leaf::on_side(side, 0.0, extent).y;
+            for (a, b) in boundary_edges(&mesh.triangles) {
+                let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize].truncate());
+                let middle = (a + b) / 2.0;
+                let is_outline = || outlines.iter().any(|[first, last]| (first..=last).contains(&&middle.x));
+                if a.y == y && b.y == y && is_outline() {
+                    let [a, middle, b] = [a, middle, b].map(|at| self.on_ellipsoid(square, at));
+                    bulge = bulge.max(distance_on_earth(middle, [a, b]));
+                }
             }
-            let [from, to] = [a, b].map(|p| self.geodetic(square, p));
-            let latitude = from.latitude.abs().max(to.latitude.abs()).min(89.9).to_radians();
-            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * MEAN_RADIUS;
-            let north = (to.latitude - from.latitude).to_radians() * MEAN_RADIUS;
-            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * MEAN_RADIUS))
-        });
-        bulges.fold(0.0, f64::max)
+        }
+        bulge
+    }
+
+    fn on_ellipsoid(&self, square: Square, at: DVec2) -> DVec3 {
+        on_ellipsoid(self.lattice.geographic(at + self.lattice.origin(square)))
     }
 }
 

@@ -53,14 +53,16 @@ impl StoredRaster {
         progress.stage("reading samples", intake.sample_count());
         let taken = intake.take(&bands, progress)?;
         progress.done();
-        raster.remark(taken.heights[0], &taken.wild)?;
+        raster.remark(taken.extremes, &taken.wild)?;
         let chunks = ChunkedRaster::new(&intake, taken.names, (memory / SHARE).min(MOST));
         let [columns, rows] = Samples::size(&chunks);
         let before = chunks.before().map(|before| -(before as i64));
         Ok(Self {
             chunks,
             georeference: raster.georeference().window(before, columns, rows),
-            heights: taken.heights,
+            heights: taken.extremes.map_or([f32::INFINITY, f32::NEG_INFINITY], |extremes| {
+                [extremes.lowest, extremes.highest]
+            }),
         })
     }
 

@@ -93,12 +93,12 @@ impl Evaluator {
             return None;
         }
         let strays = sampled.strays(edge);
-        if strays > allowance.outline {
+        if strays.metres > allowance.outline {
             return None;
         }
         self.surround(sampled, edge);
         self.gathered.others.clear();
-        let place = if strays > 0.0 {
+        let place = if !strays.is_straight {
             self.place_along_outline(sampled, attempts, edge, at_red)
         } else {
             self.has_others = sampled.keeps_height(edge.red);

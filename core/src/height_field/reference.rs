@@ -15,16 +15,12 @@ use glam::DVec2;
 use crate::height_field::bilinear::{Cell, Piece};
 use crate::height_field::finer::Finer;
 use crate::height_field::flat::Flat;
+use crate::height_field::ground::Ground;
 use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::scan::{self, ON_A_LINE};
 
 pub use crate::height_field::flat::GridPoint;
-
-/// Mean radius of the Earth, metres: what curvatures are of.
-pub const EARTH_RADIUS: f64 = 6_371_000.0;
-/// How much longer a step may be elsewhere in its row.
-const ALONG_A_ROW: f64 = 1.01;
 
 /// Where the promised bound holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,8 +40,8 @@ pub struct Reference<'a> {
     pub plan: PlanMap,
     /// `kx` and `ky` of each row: squared ground metres of a step over twice the Earth's radius; 0 on a plane.
     pub curvature: &'a [DVec2],
-    /// Ground metres of a column and of a row step, for distances in plan.
-    pub ground: DVec2,
+    /// Where the mesh lies on the ground, for distances in plan.
+    pub ground: Ground<'a>,
     /// Where the bound is to hold.
     pub bound: Bound,
     /// What lies between the samples, where these are not all there are.
@@ -88,16 +84,6 @@ impl Reference<'_> {
     /// `kx` and `ky` at a row.
     pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
         self.curvature[(row.max(0.0) as usize).min(self.heights.rows - 1)]
-    }
-
-    /// Ground metres of a column and of a row step at a row, not less than anywhere along it.
-    pub(crate) fn ground_at(&self, row: f64) -> DVec2 {
-        let curvature = self.curvature_at(row).max(self.curvature_at(row + 1.0));
-        if curvature == DVec2::ZERO {
-            return self.ground;
-        }
-        let squared = curvature * (2.0 * EARTH_RADIUS);
-        ALONG_A_ROW * DVec2::new(squared.x.sqrt(), squared.y.sqrt())
     }
 
     /// Largest difference between the triangle and the samples that it covers.

@@ -8,7 +8,7 @@ use glam::DVec2;
 
 use crate::height_field::fan::Fan;
 use crate::height_field::flat::GridPoint;
-use crate::height_field::outline::OutlineChains;
+use crate::height_field::outline::{OutlineChains, Strays};
 use crate::height_field::ring::Ring;
 use crate::height_field::rules::VertexKind;
 use crate::height_field::samples::{Sample, SampleLists};
@@ -59,8 +59,8 @@ pub(crate) struct Place {
 pub(crate) struct Chosen {
     pub(crate) red: u32,
     pub(crate) place: Place,
-    /// Metres by which the outline strays then.
-    pub(crate) strays: f64,
+    /// How far the outline strays then.
+    pub(crate) strays: Strays,
 }
 
 impl<'a> SampledSurface<'a> {
@@ -92,12 +92,12 @@ impl<'a> SampledSurface<'a> {
         self.kinds[vertex as usize].keeps_height()
     }
 
-    /// How far the outline would stray, metres.
-    pub(crate) fn strays(&self, edge: Edge) -> f64 {
+    /// How far the outline would stray.
+    pub(crate) fn strays(&self, edge: Edge) -> Strays {
         if self.kinds[edge.blue as usize] == VertexKind::Outline {
-            self.outline.strays(self.surface.reference, edge.blue, edge.red)
+            self.outline.strays(self.surface.reference.ground, edge.blue, edge.red)
         } else {
-            0.0
+            Strays::NONE
         }
     }
 
@@ -146,7 +146,7 @@ impl<'a> SampledSurface<'a> {
     pub(crate) fn collapse(&mut self, blue: u32, chosen: &Chosen, gathered: &mut Gathered) {
         let &Chosen { red, ref place, strays } = chosen;
         self.clear_samples(blue);
-        if place.plan == self.surface.plan(red) && strays == 0.0 {
+        if place.plan == self.surface.plan(red) && strays.is_straight {
             // Red's other triangles are in plan what they were.
             gathered.others.clear();
         } else {
@@ -155,8 +155,8 @@ impl<'a> SampledSurface<'a> {
         self.surface.connectivity.collapse(blue, red);
         self.surface.put(red, place.plan, place.point);
         self.outline.remove(blue);
-        self.outline_strayed = self.outline_strayed.max(strays);
-        if strays > 0.0 {
+        self.outline_strayed = self.outline_strayed.max(strays.metres);
+        if !strays.is_straight {
             gathered.clear();
             self.ring.surround(&self.surface, red);
             self.gather_under(place.point.grid, &self.ring.points, &mut gathered.around_blue);

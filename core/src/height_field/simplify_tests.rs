@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::*;
 use crate::height_field::evaluator::SPIKE;
+use crate::height_field::ground::Ground;
 use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::reference::{Bound, Reference};
@@ -40,7 +41,7 @@ fn reference<'a>(heights: &'a [f32], curvature: &'a [DVec2], bound: Bound) -> Re
         },
         plan,
         curvature,
-        ground: DVec2::splat(30.0),
+        ground: Ground::Plane(DVec2::splat(30.0 / SCALE)),
         bound,
         finer: None,
     }
