@@ -62,7 +62,7 @@ const ARITHMETIC: [&str; 18] = [
     "std::array",
     "std::cmp",
     "std::collections",
-    "std::cell::Cell",
+    "std::cell",
     "std::f64",
     "std::fmt",
     "std::iter",

@@ -18,8 +18,8 @@ use terrain_tests::{shared_data, workspace};
 /// How many rasters every run of the tests makes.
 const RASTERS: u64 = 200;
 
-/// No raster of a few hundred samples takes so long.
-const LIMIT: Duration = Duration::from_secs(10);
+/// No raster of a few hundred samples takes so long, on a busy machine either: what goes on longer does not end.
+const LIMIT: Duration = Duration::from_secs(60);
 
 static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| {
     let (profile, folder) = if cfg!(debug_assertions) {
