@@ -18,6 +18,9 @@ mod place;
 mod stretch;
 mod worst;
 
+use std::collections::BTreeSet;
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 use terrain_core::Mesh;
 use terrain_core::height_field::blocks::{Block, Relief};
@@ -136,6 +139,7 @@ impl<'a> Certifier<'a> {
         if self.bound == Bound::Surface {
             measure.all_edges();
         }
+        measure.poles(&surface.triangles);
         (measure.worst > floor).then_some(measure.worst)
     }
 }
@@ -156,6 +160,8 @@ struct Measure<'a> {
     places: &'a [Place],
     edges: Vec<Edge>,
     relief: Relief<'a>,
+    /// Columns and rows that it sees.
+    window: [Range<usize>; 2],
     curvature: Curvature,
     worst: f64,
 }
@@ -199,6 +205,7 @@ impl<'a> Measure<'a> {
             edges,
             curvature: Curvature::under(certifier.georeference, certifier.chunks.size(), &window),
             relief: Relief::new(certifier.chunks, window[0].clone(), window[1].clone()),
+            window,
             worst: floor,
         }
     }
@@ -254,6 +261,28 @@ impl<'a> Measure<'a> {
         }
         if worst > floor {
             self.worst = worst + between;
+        }
+    }
+
+    /// All samples of a row at a pole are at one place, where every corner at the pole is, too.
+    fn poles(&mut self, triangles: &[[u32; 3]]) {
+        if !self.certifier.georeference.is_geographic() || !self.places.iter().any(|place| place.is_pole) {
+            return;
+        }
+        let corners: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
+        for place in corners.into_iter().map(|corner| self.places[corner as usize]) {
+            let row = place.grid.y.round();
+            let has_samples = (place.grid.y - row).abs() < AROUND && self.window[1].contains(&(row.max(0.0) as usize));
+            if place.is_pole && has_samples {
+                let row = row as usize;
+                let samples = self.relief.samples(0, self.window[0].clone(), row..row + 1);
+                let differences = samples
+                    .into_iter()
+                    .map(|height| (f64::from(height) - place.height).abs());
+                self.worst = differences
+                    .filter(|difference| !difference.is_nan())
+                    .fold(self.worst, f64::max);
+            }
         }
     }
 
