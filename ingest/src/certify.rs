@@ -18,7 +18,7 @@ mod place;
 mod stretch;
 mod worst;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
@@ -270,18 +270,18 @@ impl<'a> Measure<'a> {
             return;
         }
         let corners: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
+        let mut by_row: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for place in corners.into_iter().map(|corner| self.places[corner as usize]) {
             let row = place.grid.y.round();
             let has_samples = (place.grid.y - row).abs() < AROUND && self.window[1].contains(&(row.max(0.0) as usize));
             if place.is_pole && has_samples {
-                let row = row as usize;
-                let samples = self.relief.samples(0, self.window[0].clone(), row..row + 1);
-                let differences = samples
-                    .into_iter()
-                    .map(|height| (f64::from(height) - place.height).abs());
-                self.worst = differences
-                    .filter(|difference| !difference.is_nan())
-                    .fold(self.worst, f64::max);
+                by_row.entry(row as usize).or_default().push(place.height);
+            }
+        }
+        for (row, corners) in by_row {
+            for sample in self.relief.samples(0, self.window[0].clone(), row..row + 1) {
+                let differences = corners.iter().map(|corner| (f64::from(sample) - corner).abs());
+                self.worst = differences.fold(self.worst, f64::max);
             }
         }
     }

@@ -329,14 +329,7 @@ impl ChunkedRaster {
 
     /// Chunks of a level over a rectangle of the raster's cells, by row, those without a height left out.
     pub(crate) fn chunks_over(&self, level: u8, columns: &Range<usize>, rows: &Range<usize>) -> Vec<(ChunkId, Name)> {
-        let span = |range: &Range<usize>, axis: usize| {
-            let shift = CHUNK.ilog2() + u32::from(level);
-            let last = range.end.max(range.start + 1) - 1;
-            ((self.corner[axis] + range.start) >> shift) as u32..=((self.corner[axis] + last) >> shift) as u32
-        };
-        let across = span(columns, 0);
-        span(rows, 1)
-            .flat_map(|y| across.clone().map(move |x| ChunkId { level, x, y }))
+        chunks_under(level, self.corner, [columns, rows])
             .filter_map(|id| self.names.get(&id).map(|&name| (id, name)))
             .collect()
     }
@@ -396,6 +389,21 @@ fn from_bytes(bytes: &[u8]) -> Vec<f32> {
 /// Lattice coordinates of a raster's first sample.
 pub(crate) fn first_sample(raster: &dyn Raster) -> [usize; 2] {
     raster.origin().map(|origin| (origin + FIRST) as usize)
+}
+
+/// Chunks of a level under a rectangle of a raster's columns and rows, by row; `corner` is where these are counted from.
+pub(crate) fn chunks_under(
+    level: u8,
+    corner: [usize; 2],
+    [columns, rows]: [&Range<usize>; 2],
+) -> impl Iterator<Item = ChunkId> + use<> {
+    let shift = CHUNK.ilog2() + u32::from(level);
+    let span = |range: &Range<usize>, corner: usize| {
+        let last = range.end.max(range.start + 1) - 1;
+        ((corner + range.start) >> shift) as u32..=((corner + last) >> shift) as u32
+    };
+    let across = span(columns, corner[0]);
+    span(rows, corner[1]).flat_map(move |y| across.clone().map(move |x| ChunkId { level, x, y }))
 }
 
 /// Columns, or rows, of the raster in one chunk, as far as a range reaches.

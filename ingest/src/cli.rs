@@ -108,6 +108,13 @@ pub(crate) struct TileArgs {
     /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
+    #[command(flatten)]
+    pub(crate) surface: SurfaceArgs,
+}
+
+/// What surface is made within the error.
+#[derive(Args)]
+pub(crate) struct SurfaceArgs {
     /// Where the error is bounded.
     #[arg(long, value_enum, default_value = "surface")]
     pub(crate) bound: Bound,
@@ -219,12 +226,8 @@ pub(crate) struct TinArgs {
     /// Largest error in metres.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: f64,
-    /// Where the error is bounded.
-    #[arg(long, value_enum, default_value = "surface")]
-    pub(crate) bound: Bound,
-    /// How much work goes into few triangles; the error is the same for all.
-    #[arg(long, value_enum, default_value = "default")]
-    pub(crate) quality: Quality,
+    #[command(flatten)]
+    pub(crate) surface: SurfaceArgs,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]

@@ -156,7 +156,7 @@ fn plan(arguments: PlanArgs) -> Result<(), Failure> {
     };
     let store = Store::open(&arguments.work).map_err(Failure::Other)?;
     let recipe = Recipe::new(rasters.record(), &options);
-    let graph = Graph::plan(recipe, &store, options.memory, &progress).map_err(Failure::Other)?;
+    let graph = Graph::plan(recipe, store, options.memory, &progress).map_err(Failure::Other)?;
     let planned = Planned {
         work: arguments.work,
         stages: graph.stages(),
@@ -167,8 +167,7 @@ fn plan(arguments: PlanArgs) -> Result<(), Failure> {
 fn run_job(arguments: &JobArgs) -> Result<(), Failure> {
     let started = Instant::now();
     let progress = prepare(&arguments.run)?;
-    let store = Store::open_there(&arguments.work).map_err(Failure::Input)?;
-    let graph = Graph::open(&store, memory(&arguments.run), &progress).map_err(Failure::Input)?;
+    let graph = Graph::open(&arguments.work, memory(&arguments.run), &progress).map_err(Failure::Input)?;
     graph.run(arguments.job).map_err(of_build)?;
     let done = JobDone {
         job: arguments.job.to_string(),
@@ -182,8 +181,7 @@ fn merge(arguments: &MergeArgs) -> Result<(), Failure> {
     let started = Instant::now();
     check_output(&arguments.output)?;
     let progress = prepare(&arguments.run)?;
-    let store = Store::open_there(&arguments.work).map_err(Failure::Input)?;
-    let graph = Graph::open(&store, memory(&arguments.run), &progress).map_err(Failure::Input)?;
+    let graph = Graph::open(&arguments.work, memory(&arguments.run), &progress).map_err(Failure::Input)?;
     let report = graph.merge(&arguments.output).map_err(of_build)?;
     print_finished(report, &arguments.output, started, arguments.run.json)
 }
@@ -242,8 +240,8 @@ fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
     let grid = read(&arguments.dems, arguments.raster, &progress)?;
     let options = tin::Options {
         max_error: arguments.max_error,
-        bound: arguments.bound.into(),
-        quality: arguments.quality.into(),
+        bound: arguments.surface.bound.into(),
+        quality: arguments.surface.quality.into(),
     };
     let report = tin::run(&grid, &options, &arguments.output, &progress).map_err(Failure::Other)?;
     print_finished(report, &arguments.output, started, arguments.run.json)
@@ -336,8 +334,8 @@ fn prepare(run: &RunArgs) -> Result<Progress, Failure> {
 fn options(tiles: &TileArgs, run: &RunArgs) -> pyramid::Options {
     pyramid::Options {
         max_error: tiles.max_error,
-        bound: tiles.bound.into(),
-        quality: tiles.quality.into(),
+        bound: tiles.surface.bound.into(),
+        quality: tiles.surface.quality.into(),
         memory: memory(run),
         ..pyramid::Options::default()
     }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use terrain_core::height_field::relief::CHUNK;
 
-use crate::chunks::{self, ChunkId, overlap, samples_key, to_bytes, top_level};
+use crate::chunks::{self, ChunkId, chunks_under, overlap, samples_key, to_bytes, top_level};
 use crate::progress::Progress;
 use crate::samples::{Extremes, Raster};
 use crate::store::{Name, Store};
@@ -71,10 +71,11 @@ impl<'a> Intake<'a> {
         let tall = BAND[1].min(self.raster.block_rows().div_ceil(CHUNK));
         let mut occupied: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
         for [columns, rows] in self.raster.extents() {
-            let chunk_rows = (corner[1] + rows.start) / CHUNK..=(corner[1] + rows.end - 1) / CHUNK;
-            for row in chunk_rows {
-                let columns = (corner[0] + columns.start) / CHUNK..=(corner[0] + columns.end - 1) / CHUNK;
-                occupied.entry(row / tall).or_default().extend(columns);
+            for chunk in chunks_under(0, corner, [&columns, &rows]) {
+                occupied
+                    .entry(chunk.y as usize / tall)
+                    .or_default()
+                    .insert(chunk.x as usize);
             }
         }
         let [width, height] = self.raster.size();
@@ -146,7 +147,7 @@ impl<'a> Intake<'a> {
         ];
         let files = self.files_in(band).into_iter().map(|file| self.stamps[file].as_bytes());
         format!(
-            "bands/{}.json",
+            "records/{}.json",
             Name::of(files.chain([format!("{place:?}").as_bytes()]))
         )
     }
@@ -170,13 +171,9 @@ impl<'a> Intake<'a> {
     fn read(&self, band: &Band) -> Result<BandRecord> {
         let rectangle = self.raster.read(band.columns.clone(), band.rows.clone())?;
         let [left, top] = chunks::first_sample(self.raster);
-        let chunks_over =
-            |range: &Range<usize>, corner: usize| (corner + range.start) / CHUNK..(corner + range.end).div_ceil(CHUNK);
-        let across = chunks_over(&band.columns, left);
-        let ids: Vec<(usize, usize)> = chunks_over(&band.rows, top)
-            .flat_map(|y| across.clone().map(move |x| (x, y)))
-            .collect();
-        let put = |(x, y): (usize, usize)| -> Result<Option<(u32, u32, String)>> {
+        let ids: Vec<ChunkId> = chunks_under(0, [left, top], [&band.columns, &band.rows]).collect();
+        let put = |id: ChunkId| -> Result<Option<(u32, u32, String)>> {
+            let (x, y) = (id.x as usize, id.y as usize);
             let mut samples = vec![f32::NAN; CHUNK * CHUNK];
             let columns = overlap(x, left, &band.columns);
             for row in overlap(y, top, &band.rows) {
@@ -189,16 +186,8 @@ impl<'a> Intake<'a> {
             }
             let bytes = to_bytes(&samples);
             let name = Name::of([bytes.as_slice()]);
-            let key = samples_key(
-                ChunkId {
-                    level: 0,
-                    x: x as u32,
-                    y: y as u32,
-                },
-                name,
-            );
-            self.store.put(&key, bytes)?;
-            Ok(Some((x as u32, y as u32, name.to_string())))
+            self.store.put(&samples_key(id, name), bytes)?;
+            Ok(Some((id.x, id.y, name.to_string())))
         };
         let chunks: Result<Vec<_>> = ids.into_par_iter().map(put).filter_map(Result::transpose).collect();
         let wild = self
@@ -224,15 +213,8 @@ fn samples_of([columns, rows]: &[Range<usize>; 2], band: &Band) -> u64 {
 pub(crate) fn chunks_over_files(raster: &dyn Raster, level: u8) -> Vec<ChunkId> {
     let level = level.min(top_level(raster.size()));
     let corner = chunks::first_sample(raster);
-    let shift = CHUNK.ilog2() + u32::from(level);
-    let mut found = BTreeSet::new();
-    for [columns, rows] in raster.extents() {
-        let span = |range: &Range<usize>, axis: usize| {
-            ((corner[axis] + range.start) >> shift) as u32..=((corner[axis] + range.end - 1) >> shift) as u32
-        };
-        let across = span(&columns, 0);
-        found.extend(span(&rows, 1).flat_map(|y| across.clone().map(move |x| ChunkId { level, x, y })));
-    }
+    let under = |[columns, rows]: [Range<usize>; 2]| chunks_under(level, corner, [&columns, &rows]);
+    let found: BTreeSet<ChunkId> = raster.extents().into_iter().flat_map(under).collect();
     found.into_iter().collect()
 }
 

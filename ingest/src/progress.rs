@@ -176,9 +176,8 @@ impl Progress {
         let mut job = reporter.lock();
         let Some(stage) = &mut job.stage else { return };
         stage.steps += steps;
-        let share = stage.share * steps as f64 / stage.total.unwrap_or(u64::MAX).max(1) as f64;
         if is_skipped {
-            job.skipped += share;
+            job.skipped += stage.share_of(steps);
         }
         reporter.tell(&mut job, false);
     }
@@ -203,13 +202,20 @@ impl Progress {
     }
 }
 
+impl Stage {
+    /// Share of the job that so many of its steps are.
+    fn share_of(&self, steps: u64) -> f64 {
+        self.share * steps as f64 / self.total.unwrap_or(u64::MAX).max(1) as f64
+    }
+}
+
 impl Job {
     /// Share of the job that is done.
     fn share(&self) -> f64 {
-        let of_stage = self.stage.as_ref().map_or(0.0, |stage| {
-            let total = stage.total.unwrap_or(u64::MAX).max(1) as f64;
-            stage.share * (stage.steps as f64 / total).min(1.0)
-        });
+        let of_stage = self
+            .stage
+            .as_ref()
+            .map_or(0.0, |stage| stage.share_of(stage.steps).min(stage.share));
         self.done + of_stage
     }
 
@@ -291,7 +297,10 @@ fn message(stage: &Stage, left: Option<Duration>) -> String {
         || stage.name.clone(),
         |total| format!("{} {} of {}", stage.name, HumanCount(stage.steps), HumanCount(total)),
     );
-    left.map_or(so_far.clone(), |left| format!("{so_far}, {} left", HumanDuration(left)))
+    match left {
+        Some(left) => format!("{so_far}, {} left", HumanDuration(left)),
+        None => so_far,
+    }
 }
 
 fn print(event: &Event) {

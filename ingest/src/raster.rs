@@ -283,7 +283,8 @@ fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Resul
     Ok(georeference)
 }
 
-fn file_name(path: &Path) -> String {
+/// A file's name without its folder.
+pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 

@@ -91,15 +91,13 @@ impl Store {
         })
     }
 
-    /// The store at a folder or an address where there is one already.
+    /// The store at a folder, if there is such a folder, or at an address.
     ///
     /// # Errors
-    /// When there is no such folder, or the address means nothing.
-    pub fn open_there(location: &str) -> Result<Self> {
-        if !location.contains("://") && !Path::new(location).is_dir() {
-            bail!("{location}: nothing is planned here: begin with `plan`");
-        }
-        Self::open(location)
+    /// When the folder cannot be used, or the address means nothing.
+    pub fn find(location: &str) -> Result<Option<Self>> {
+        let is_there = location.contains("://") || Path::new(location).is_dir();
+        is_there.then(|| Self::open(location)).transpose()
     }
 
     fn in_folder(folder: &Path, runtime: Arc<Runtime>) -> Result<Self> {

@@ -39,13 +39,18 @@ impl Work {
 
     /// Removes the work where there was none before, for a failure before any of it was done.
     pub(crate) fn abandon(self, failure: Failure) -> Failure {
-        match self.store.folder() {
-            Some(folder) if self.is_new => match fs::remove_dir_all(folder) {
-                Ok(()) => failure,
-                Err(error) => Failure::Other(anyhow!("{}: {error}", folder.display())),
-            },
+        match self.is_new.then(|| self.remove()) {
+            Some(Err(error)) => error,
             _ => failure,
         }
+    }
+
+    fn remove(&self) -> Result<(), Failure> {
+        let Some(folder) = self.store.folder() else {
+            return Ok(());
+        };
+        let gone = fs::remove_dir_all(folder).with_context(|| folder.display().to_string());
+        gone.map_err(Failure::Other)
     }
 
     /// Removes the work where it is of no more use, and says how to go on where it is.
@@ -55,9 +60,8 @@ impl Work {
             Err(BuildError::Other(_)) => true,
             Err(BuildError::Read(_) | BuildError::NoSurface(_)) => !self.is_new,
         };
-        if !is_of_use && let Some(folder) = self.store.folder() {
-            let gone = fs::remove_dir_all(folder).with_context(|| folder.display().to_string());
-            gone.map_err(Failure::Other)?;
+        if !is_of_use {
+            self.remove()?;
         }
         let location = self.store.location();
         built.map_err(|error| match error {

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 mod in_folder;
+mod run;
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +11,8 @@ use std::process::Command;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use in_folder::{SAMPLE, names, run, tells_its_cause_once, text};
+use in_folder::{SAMPLE, names, tells_its_cause_once, text};
+use run::run;
 
 /// An Esri ASCII grid of 3 × 2 samples; `prj` is what its side file says, if there is one.
 fn ascii_grid(folder: &Path, name: &str, heights: &str, prj: Option<&str>) {

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 mod in_folder;
+mod run;
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -13,7 +14,8 @@ use std::time::Duration;
 
 use tempfile::TempDir;
 
-use in_folder::{SAMPLE, names, run, tells_its_cause_once, text};
+use in_folder::{SAMPLE, names, tells_its_cause_once, text};
+use run::run;
 
 const BUILD: [&str; 6] = [SAMPLE, "--max-error", "40", "-o", "out.pmtiles", "--quiet"];
 const TIN: [&str; 7] = ["tin", SAMPLE, "--max-error", "10", "-o", "out.ply", "--quiet"];

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 mod program;
+mod run;
 
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -2,12 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
+mod run;
+
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use run::run;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -238,14 +240,6 @@ fn dot(a: Point, b: Point) -> f64 {
 
 fn length(a: Point) -> f64 {
     dot(a, a).sqrt()
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_terrain-ingest"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
 }
 
 /// The report of a run that succeeds.

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 mod program;
+mod run;
 
 use std::fs;
 use std::path::Path;

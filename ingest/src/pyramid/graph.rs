@@ -15,19 +15,20 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
 
 use super::plan::{self, Options};
 use super::recipe::Recipe;
 use super::{Build, BuildError, Report};
-use crate::chunks::{ChunkId, ChunkedRaster};
+use crate::chunks::ChunkId;
 use crate::intake::{Intake, chunks_over_files};
 use crate::lattice::Square;
 use crate::progress::Progress;
 use crate::raster::{Rasters, ReadOptions, RecordedRaster};
 use crate::samples::Raster;
 use crate::store::Store;
+use crate::stored_raster::StoredRaster;
 
 /// Level of the chunks of relief that a job makes with all below them: 8192 × 8192 samples.
 const RELIEF_LEVEL: u8 = 5;
@@ -111,7 +112,7 @@ pub struct Graph<'a> {
     recipe: Recipe,
     raster: RecordedRaster,
     options: Options,
-    store: &'a Store,
+    store: Store,
     progress: &'a Progress,
     /// Chunks of relief, one a job.
     relief: Vec<ChunkId>,
@@ -124,22 +125,23 @@ impl<'a> Graph<'a> {
     ///
     /// # Errors
     /// When the store cannot be written.
-    pub fn plan(recipe: Recipe, store: &'a Store, memory: u64, progress: &'a Progress) -> Result<Self> {
-        recipe.keep(store)?;
+    pub fn plan(recipe: Recipe, store: Store, memory: u64, progress: &'a Progress) -> Result<Self> {
+        recipe.keep(&store)?;
         Self::new(recipe, store, memory, progress)
     }
 
-    /// The build whose recipe is in the store. `memory` is bytes that a job is to stay below, roughly.
+    /// The build whose recipe is in the store at a folder or an address. `memory` is bytes that a job is to stay below, roughly.
     ///
     /// # Errors
     /// When there is none.
-    pub fn open(store: &'a Store, memory: u64, progress: &'a Progress) -> Result<Self> {
-        let recipe = Recipe::find(store)?
-            .with_context(|| format!("{}: nothing is planned here: begin with `plan`", store.location()))?;
+    pub fn open(location: &str, memory: u64, progress: &'a Progress) -> Result<Self> {
+        let nothing = || format!("{location}: nothing is planned here: begin with `plan`");
+        let store = Store::find(location)?.with_context(nothing)?;
+        let recipe = Recipe::find(&store)?.with_context(nothing)?;
         Self::new(recipe, store, memory, progress)
     }
 
-    fn new(recipe: Recipe, store: &'a Store, memory: u64, progress: &'a Progress) -> Result<Self> {
+    fn new(recipe: Recipe, store: Store, memory: u64, progress: &'a Progress) -> Result<Self> {
         let options = recipe.options(memory)?;
         let raster = RecordedRaster::new(recipe.raster.clone(), progress.clone())?;
         let georeference = raster.georeference();
@@ -156,7 +158,7 @@ impl<'a> Graph<'a> {
         Ok(Self {
             relief: chunks_over_files(&raster, RELIEF_LEVEL),
             subtrees: plan::subtrees(georeference, raster.size(), &options, &rectangles),
-            bands: Intake::new(&raster, store).bands().len(),
+            bands: Intake::new(&raster, &store).bands().len(),
             recipe,
             raster,
             options,
@@ -206,7 +208,7 @@ impl<'a> Graph<'a> {
         Build {
             raster: &self.raster,
             options: &self.options,
-            store: self.store,
+            store: &self.store,
             earlier: None,
             progress: self.progress,
         }
@@ -222,30 +224,25 @@ impl<'a> Graph<'a> {
         if rasters.stamps() != self.raster.stamps() {
             return Err(anyhow!("a raster has changed since the build was planned: plan it again").into());
         }
-        let intake = Intake::new(&rasters, self.store);
+        let intake = Intake::new(&rasters, &self.store);
         intake.take(&intake.bands()[number..=number], self.progress)?;
         Ok(())
     }
 
     fn make_relief(&self, chunk: ChunkId) -> Result<(), BuildError> {
-        self.expect_samples()?;
-        let stored = self.build().take_samples()?;
-        stored.chunks.make_chunk(chunk, self.progress)?;
+        self.samples()?.chunks.make_chunk(chunk, self.progress)?;
         Ok(())
     }
 
     fn survey(&self) -> Result<(), BuildError> {
-        self.expect_samples()?;
-        self.build().take_samples()?.chunks.make_relief(self.progress)?;
+        self.samples()?.chunks.make_relief(self.progress)?;
         Ok(())
     }
 
     /// A subtree, or the tiles above them all.
     fn make_tiles(&self, subtree: Option<Square>) -> Result<(), BuildError> {
-        self.expect_samples()?;
         let build = self.build();
-        let stored = build.take_samples()?;
-        self.expect_relief(&stored.chunks)?;
+        let stored = self.surveyed()?;
         let scheduler = build.scheduler(&stored, true)?;
         let roots = match subtree {
             Some(square) => vec![square],
@@ -265,10 +262,8 @@ impl<'a> Graph<'a> {
     /// # Errors
     /// When a job is not done, the rasters have no surface, or the store cannot be read or the archive written.
     pub fn merge(&self, output: &Path) -> Result<Report, BuildError> {
-        self.expect_samples()?;
         let build = self.build();
-        let stored = build.take_samples()?;
-        self.expect_relief(&stored.chunks)?;
+        let stored = self.surveyed()?;
         let scheduler = build.scheduler(&stored, false)?;
         self.expect(Stage::Tiles, |number| scheduler.has_subtree(self.subtrees[number]))?;
         let mut records = Vec::new();
@@ -278,17 +273,23 @@ impl<'a> Graph<'a> {
         build.write(&stored, &scheduler, records, output)
     }
 
-    fn expect_samples(&self) -> Result<()> {
-        let intake = Intake::new(&self.raster, self.store);
+    /// The samples, which all jobs of their stage have brought into the store.
+    fn samples(&self) -> Result<StoredRaster, BuildError> {
+        let intake = Intake::new(&self.raster, &self.store);
         let bands = intake.bands();
-        self.expect(Stage::Samples, |number| intake.has(&bands[number]))
+        self.expect(Stage::Samples, |number| intake.has(&bands[number]))?;
+        Ok(self.build().take_samples()?)
     }
 
-    fn expect_relief(&self, chunks: &ChunkedRaster) -> Result<()> {
-        for chunk in chunks.chunks_of(chunks.top()) {
-            ensure!(chunks.is_made(chunk)?, "job survey/0 has not been done");
+    /// The samples with all blocks above them.
+    fn surveyed(&self) -> Result<StoredRaster, BuildError> {
+        let stored = self.samples()?;
+        for chunk in stored.chunks.chunks_of(stored.chunks.top()) {
+            if !stored.chunks.is_made(chunk)? {
+                return Err(anyhow!("job survey/0 has not been done").into());
+            }
         }
-        Ok(())
+        Ok(stored)
     }
 
     /// Holds that all jobs of a stage are done.

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::finished::{FinishedTiles, TileRecord};
 use super::jobs::{Child, Jobs};
+use crate::chunks::to_bytes;
 use crate::lattice::Square;
 use crate::progress::Progress;
 use crate::samples::Samples;
@@ -127,9 +128,7 @@ impl Scheduler<'_> {
         let below: Vec<u8> = children.iter().flat_map(|child| child.name.bytes()).collect();
         let samples = if self.jobs.plan.height(square) == 0 {
             let [columns, rows] = cells.clone();
-            let window = self.jobs.raster.window(columns, rows)?;
-            let heights = window.heights.iter().flat_map(|height| height.to_le_bytes());
-            heights.collect()
+            to_bytes(&self.jobs.raster.window(columns, rows)?.heights)
         } else {
             self.names_of_chunks(square, cells)
         };

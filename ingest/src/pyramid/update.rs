@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
@@ -11,6 +11,7 @@ use terrain_tiles::archive::Reader;
 
 use super::finished::{Origin, TileRecord};
 use super::plan::Plan;
+use crate::raster::file_name;
 
 /// Rasters of an archive that are others now.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +39,7 @@ impl Changes {
         }
         let changed = self.named(&self.changed, &names)?;
         let removed = self.named(&self.removed, &names)?;
-        if let Some(twice) = self.added.iter().find(|path| names.contains(&name_of(path))) {
+        if let Some(twice) = self.added.iter().find(|path| names.contains(&file_name(path))) {
             bail!(
                 "{}: the archive has a file of that name; is it --changed?",
                 twice.display()
@@ -63,7 +64,7 @@ impl Changes {
     fn named(&self, paths: &[PathBuf], names: &BTreeSet<&String>) -> Result<BTreeMap<String, PathBuf>> {
         let mut found = BTreeMap::new();
         for path in paths {
-            let name = name_of(path);
+            let name = file_name(path);
             ensure!(
                 names.contains(&name),
                 "{}: the archive is made of no file of that name, but of {}",
@@ -76,10 +77,6 @@ impl Changes {
         }
         Ok(found)
     }
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// What an update came to, in tiles.

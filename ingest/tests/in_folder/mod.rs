@@ -1,19 +1,9 @@
-//! The program in a folder, and what it leaves there.
+//! What the program prints, and what it leaves in a folder.
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 pub(crate) const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data-samples/jacksboro_fault.tif");
-
-/// Runs the program in `folder`.
-pub(crate) fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_terrain-ingest"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
 
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()

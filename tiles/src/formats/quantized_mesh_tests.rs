@@ -6,10 +6,8 @@ use std::{env, fs};
 use glam::DVec2;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 
-use super::bounds::{horizon_occlusion_point, oct_encode};
 use super::*;
-use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
-use crate::ellipsoid::{normal, to_earth_centred};
+use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
 use crate::tile::{Lineage, Tile};
 
 /// A tile with `mesh` as its only level.
@@ -436,30 +434,6 @@ fn is_behind_unit_sphere(viewer: DVec3, target: DVec3) -> bool {
     let nearest = viewer + sight * (-viewer.dot(sight) / sight.length_squared()).clamp(0.0, 1.0);
     // The target itself is on or above the sphere: only what the line crosses before counts.
     nearest.length() < 1.0 - 1e-12
-}
-
-#[test]
-fn a_hemisphere_has_its_occlusion_point_far_out() {
-    let root = QuantizedMesh::ellipsoid(address(0, 0, 0));
-    assert_eq!(root.horizon_occlusion_point.length(), 1e6);
-    let pole = horizon_occlusion_point(DVec3::Z, &[DVec3::new(0.0, 0.0, SEMI_MINOR)]);
-    assert!((pole - DVec3::Z).length() < 1e-15);
-}
-
-#[test]
-fn oct_encoded_normals_are_within_a_degree() {
-    assert_eq!(oct_encode(DVec3::Z), [128, 128]);
-    assert_eq!(oct_encode(DVec3::X), [255, 128]);
-    assert_eq!(oct_encode(DVec3::NEG_Z), [255, 255]);
-    let mut random = Random(3);
-    for _ in 0..2_000 {
-        let mut unit = || f64::from(random.below(2_001)) / 1_000.0 - 1.0;
-        let Some(vector) = DVec3::new(unit(), unit(), unit()).try_normalize() else {
-            continue;
-        };
-        let angle = oct_decode(oct_encode(vector)).angle_between(vector).to_degrees();
-        assert!(angle < 1.0, "{vector} {angle}");
-    }
 }
 
 #[test]

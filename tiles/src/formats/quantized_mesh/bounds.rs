@@ -71,3 +71,7 @@ fn fold(point: DVec2) -> DVec2 {
         (1.0 - point.x.abs()) * sign(point.y),
     )
 }
+
+#[cfg(test)]
+#[path = "bounds_tests.rs"]
+mod tests;
