@@ -4,13 +4,17 @@
 //! reference ──triangulate, refine──▶ Surface ──thin──▶ Mesh ──simplify──▶ CollapseLog
 //! ```
 
+pub(crate) mod attempts;
+pub(crate) mod bilinear;
 pub mod blocks;
 pub mod chain;
 pub mod chunks;
-pub(crate) mod collapse;
+pub(crate) mod evaluator;
 pub(crate) mod fan;
 pub(crate) mod filters;
 pub mod finer;
+pub(crate) mod flat;
+pub mod ground;
 pub mod heights;
 pub(crate) mod improve;
 pub(crate) mod interval;
@@ -19,6 +23,9 @@ pub mod plan;
 pub mod reference;
 pub mod refine;
 pub mod relief;
+pub(crate) mod ring;
+pub mod rules;
+pub(crate) mod sampled_surface;
 pub(crate) mod samples;
 pub mod scan;
 pub mod simplify;

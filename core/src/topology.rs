@@ -6,6 +6,7 @@
 
 pub mod compressed_rows;
 pub mod connectivity;
+pub(crate) mod edge_collapse;
 pub(crate) mod half_edges;
 pub(crate) mod index_set;
 pub mod manifold;

@@ -5,7 +5,7 @@
 //! normal N.
 //!
 //! ```text
-//! worst ← 0
+//! worst ← the floor: what is no worse does not matter
 //! for each triangle: for each block of samples that may hold something worse than that (branch and bound):
 //!     each sample of a small one whose normal line crosses the triangle
 //! for each edge: likewise each place where it crosses a grid line, and the summit of the difference in between
@@ -33,6 +33,8 @@ use worst::Worst;
 
 /// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
 const BESIDE: f64 = 1e-3;
+/// Metres below which a triangle is a line as seen from above, as where two corners are at a pole: its edges say all.
+const THINNEST: f64 = 1e-6;
 /// Cells around a triangle that is straight on the grid where samples may be covered by it.
 const AROUND: f64 = 0.02;
 /// Cells by which an edge may leave the straight line on the grid before its triangles are searched as rectangles.
@@ -113,22 +115,28 @@ impl<'a> Certifier<'a> {
         self.georeference.is_geographic() || last.x < columns as f64 && last.y < rows as f64
     }
 
-    /// An upper bound of the vertical deviation between `surface` and the raster's surface, in metres. `geodetic` gives
-    /// the longitude (in the range of the raster's), latitude and height of a vertex.
-    pub(crate) fn vertical_error(&self, surface: &Mesh, geodetic: impl Fn(DVec3) -> Geodetic) -> f64 {
+    /// An upper bound of the vertical deviation between `surface` and the raster's surface, in metres; none where that is no
+    /// more than `floor`, which is found out the sooner, the higher the floor is. `geodetic` gives the longitude (in the range of
+    /// the raster's), latitude and height of a vertex.
+    pub(crate) fn vertical_error(
+        &self,
+        surface: &Mesh,
+        geodetic: impl Fn(DVec3) -> Geodetic,
+        floor: f64,
+    ) -> Option<f64> {
         let places: Vec<Place> = surface
             .positions
             .iter()
             .map(|&position| Place::of(geodetic(position), self.georeference))
             .collect();
-        let mut measure = Measure::new(self, &surface.triangles, &places);
+        let mut measure = Measure::new(self, &surface.triangles, &places, floor);
         for corners in &surface.triangles {
             measure.triangle(*corners);
         }
         if self.bound == Bound::Surface {
             measure.all_edges();
         }
-        measure.worst
+        (measure.worst > floor).then_some(measure.worst)
     }
 }
 
@@ -153,7 +161,7 @@ struct Measure<'a> {
 }
 
 impl<'a> Measure<'a> {
-    fn new(certifier: &'a Certifier<'a>, triangles: &[[u32; 3]], places: &'a [Place]) -> Self {
+    fn new(certifier: &'a Certifier<'a>, triangles: &[[u32; 3]], places: &'a [Place], floor: f64) -> Self {
         let mut ends: Vec<[u32; 2]> = triangles
             .iter()
             .flat_map(|&[a, b, c]| [ordered(a, b), ordered(b, c), ordered(c, a)])
@@ -191,7 +199,7 @@ impl<'a> Measure<'a> {
             edges,
             curvature: Curvature::under(certifier.georeference, certifier.chunks.size(), &window),
             relief: Relief::new(certifier.chunks, window[0].clone(), window[1].clone()),
-            worst: 0.0,
+            worst: floor,
         }
     }
 
@@ -206,7 +214,8 @@ impl<'a> Measure<'a> {
     fn triangle(&mut self, corners: [u32; 3]) {
         let [a, b, c] = corners.map(|corner| self.places[corner as usize]);
         let normal = (b.space - a.space).cross(c.space - a.space);
-        if normal == DVec3::ZERO {
+        let longest = (b.space - a.space).length().max((c.space - a.space).length());
+        if normal.dot(a.up) <= THINNEST * longest {
             return;
         }
         let edges = self.edges_of(corners);
@@ -231,8 +240,11 @@ impl<'a> Measure<'a> {
             edge.between = edge.between.max(between);
         }
         let bulge = edges.iter().map(|&edge| self.edges[edge].bulge).fold(0.0, f64::max);
-        let mut worst = self.worst - between;
-        if bulge <= NEARLY_STRAIGHT {
+        // From a pole a triangle reaches down between the meridians of its other corners, whatever longitude the pole has.
+        let is_at_pole = [a, b, c].iter().any(|place| place.is_pole);
+        let floor = self.worst - between;
+        let mut worst = floor;
+        if bulge <= NEARLY_STRAIGHT && !is_at_pole {
             let grid = [a, b, c].map(|place| place.grid);
             worst = plane.deviation(&self.relief, &self.curvature, grid, AROUND + bulge, worst);
         } else {
@@ -240,7 +252,9 @@ impl<'a> Measure<'a> {
                 worst = plane.deviation(&self.relief, &self.curvature, half, AROUND, worst);
             }
         }
-        self.worst = worst + between;
+        if worst > floor {
+            self.worst = worst + between;
+        }
     }
 
     /// The rectangle on the grid around edges that are bent there, as two triangles.
@@ -256,11 +270,14 @@ impl<'a> Measure<'a> {
 
     fn all_edges(&mut self) {
         for edge in &self.edges {
-            let mut worst = self.worst - edge.between;
+            let floor = self.worst - edge.between;
+            let mut worst = floor;
             for stretch in &edge.stretches {
                 worst = stretch.deviation(&self.relief, worst);
             }
-            self.worst = worst + edge.between;
+            if worst > floor {
+                self.worst = worst + edge.between;
+            }
         }
     }
 }

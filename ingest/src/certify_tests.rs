@@ -1,3 +1,5 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
 use terrain_core::height_field::chunks::ChunksInMemory;
 
 use super::*;
@@ -31,13 +33,17 @@ fn sheet(grid: &HeightGrid, heights: [f64; 4]) -> Mesh {
 }
 
 fn error(grid: &HeightGrid, mesh: &Mesh, bound: Bound) -> f64 {
+    error_beyond(grid, mesh, bound, 0.0).unwrap()
+}
+
+fn error_beyond(grid: &HeightGrid, mesh: &Mesh, bound: Bound, floor: f64) -> Option<f64> {
     let geodetic = |p: DVec3| Geodetic {
         longitude: p.x,
         latitude: p.y,
         height: p.z,
     };
     let chunks = ChunksInMemory::new(grid.whole());
-    Certifier::new(&grid.georeference, &chunks, bound).vertical_error(mesh, geodetic)
+    Certifier::new(&grid.georeference, &chunks, bound).vertical_error(mesh, geodetic, floor)
 }
 
 #[test]
@@ -79,4 +85,18 @@ fn a_sample_above_the_sheet_is_measured_along_the_normal() {
     let found = error(&grid, &sheet(&grid, [0.0; 4]), Bound::Samples);
     let sagitta = 2.0 * 2.0 * 2.0 * 1_110.0_f64.powi(2) / (2.0 * 6_370_000.0);
     assert!((found - 33.0 - sagitta).abs() < 0.05, "{found}");
+}
+
+#[test]
+fn a_floor_changes_nothing_above_it_and_hides_what_is_below() {
+    let heights = (0..101 * 101).map(|place| (place * 7919 % 1013) as f32).collect();
+    let grid = raster(101, heights);
+    let mesh = sheet(&grid, [500.0; 4]);
+    for bound in [Bound::Surface, Bound::Samples] {
+        let whole = error(&grid, &mesh, bound);
+        for share in [0.5, 0.999_999] {
+            assert_eq!(error_beyond(&grid, &mesh, bound, share * whole), Some(whole));
+        }
+        assert_eq!(error_beyond(&grid, &mesh, bound, whole), None);
+    }
 }

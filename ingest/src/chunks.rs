@@ -2,8 +2,7 @@
 //! ([`terrain_core::height_field::relief`]).
 //!
 //! ```text
-//! for each band of rows, as far as files reach:      read once, in whole blocks
-//!     chunks of 256 × 256 samples → store            named by their content
+//! chunks of 256 × 256 samples                        named by their content, brought here by intake.rs
 //! for each level, until one chunk is left:
 //!     chunk ← its four parts of the level below      named by all samples under it
 //! ```
@@ -17,8 +16,7 @@ use std::sync::{Arc, OnceLock};
 use anyhow::{Context, Result, bail, ensure};
 use moka::sync::Cache;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use terrain_core::height_field::chunks::{Chunks, top_over};
+use terrain_core::height_field::chunks::top_over;
 use terrain_core::height_field::relief::{CHUNK, CORNERS, Chunk};
 
 use crate::progress::Progress;
@@ -26,11 +24,9 @@ use crate::samples::{Raster, Samples, Window};
 use crate::store::{Name, Store};
 
 /// Where the first sample of the first file is on the lattice of chunks, in both directions: a multiple of any chunk's size.
-const FIRST: i64 = 1 << 31;
-/// Columns and rows of chunks that are read at once.
-const BAND: [usize; 2] = [256, 4];
+pub(crate) const FIRST: i64 = 1 << 31;
 /// Levels above which nothing is gained: one chunk then covers 2^24 cells.
-const MOST_LEVELS: u8 = 16;
+pub(crate) const MOST_LEVELS: u8 = 16;
 
 /// Which chunk: its level, and its column and row among the chunks of that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -68,261 +64,6 @@ impl ChunkId {
     }
 }
 
-/// A rectangle of chunks that is read at once, in columns and rows of the raster.
-#[derive(Clone, Debug)]
-pub(crate) struct Band {
-    columns: Range<usize>,
-    rows: Range<usize>,
-}
-
-/// What the reading of a band came to.
-#[derive(Debug, Serialize, Deserialize)]
-struct BandRecord {
-    /// Column and row of each chunk with a height, and the hash of its samples.
-    chunks: Vec<(u32, u32, String)>,
-    /// Lowest and highest sample.
-    heights: Option<[f32; 2]>,
-    /// For each file that reaches into it how many samples became void because they cannot be heights.
-    wild: Vec<usize>,
-}
-
-/// The samples of opened rasters while they are brought into a store.
-pub(crate) struct Intake<'a> {
-    raster: &'a dyn Raster,
-    store: &'a Store,
-    /// What the names of bands begin from: each file, and how it is read.
-    stamps: Vec<String>,
-}
-
-/// What was taken into the store, and what is remarkable of it that cannot be heights.
-pub(crate) struct Taken {
-    pub(crate) names: BTreeMap<ChunkId, Name>,
-    /// Lowest and highest sample, metres; the lowest above the highest where there is none.
-    pub(crate) heights: [f32; 2],
-    pub(crate) wild: Vec<usize>,
-}
-
-impl<'a> Intake<'a> {
-    pub(crate) fn new(raster: &'a dyn Raster, store: &'a Store) -> Self {
-        Self {
-            raster,
-            store,
-            stamps: raster.stamps(),
-        }
-    }
-
-    /// Lattice coordinates of the raster's first sample.
-    fn corner(&self) -> [usize; 2] {
-        self.raster.origin().map(|origin| (origin + FIRST) as usize)
-    }
-
-    /// Samples of all files.
-    pub(crate) fn sample_count(&self) -> u64 {
-        let extents = self.raster.extents().into_iter();
-        extents.map(|[columns, rows]| (columns.len() * rows.len()) as u64).sum()
-    }
-
-    /// What is to be read, band by band, as far as files reach.
-    pub(crate) fn bands(&self) -> Vec<Band> {
-        let corner = self.corner();
-        let tall = BAND[1].min(self.raster.block_rows().div_ceil(CHUNK));
-        let mut occupied: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
-        for [columns, rows] in self.raster.extents() {
-            let chunk_rows = (corner[1] + rows.start) / CHUNK..=(corner[1] + rows.end - 1) / CHUNK;
-            for row in chunk_rows {
-                let columns = (corner[0] + columns.start) / CHUNK..=(corner[0] + columns.end - 1) / CHUNK;
-                occupied.entry(row / tall).or_default().extend(columns);
-            }
-        }
-        let [width, height] = self.raster.size();
-        let within = |chunks: Range<usize>, axis: usize, size: usize| {
-            (chunks.start * CHUNK).saturating_sub(corner[axis])..(chunks.end * CHUNK - corner[axis]).min(size)
-        };
-        let band = |row: usize, columns: Range<usize>| Band {
-            columns: within(columns, 0, width),
-            rows: within(row * tall..(row + 1) * tall, 1, height),
-        };
-        let runs_of = |(row, columns): (usize, BTreeSet<usize>)| {
-            runs(columns).into_iter().map(move |run| (row, run)).collect::<Vec<_>>()
-        };
-        occupied
-            .into_iter()
-            .flat_map(runs_of)
-            .map(|(row, run)| band(row, run))
-            .collect()
-    }
-
-    /// Brings all bands into the store, those that are not there yet.
-    pub(crate) fn take(&self, bands: &[Band], progress: &Progress) -> Result<Taken> {
-        let mut taken = Taken {
-            names: BTreeMap::new(),
-            heights: [f32::INFINITY, f32::NEG_INFINITY],
-            wild: vec![0; self.raster.extents().len()],
-        };
-        for band in bands {
-            let record = self.record(band, progress)?;
-            for (x, y, name) in &record.chunks {
-                let name = Name::parse(name).context("a record of chunks is damaged")?;
-                taken.names.insert(ChunkId { level: 0, x: *x, y: *y }, name);
-            }
-            let [lowest, highest] = record.heights.unwrap_or(taken.heights);
-            taken.heights = [taken.heights[0].min(lowest), taken.heights[1].max(highest)];
-            for (file, wild) in self.files_in(band).into_iter().zip(record.wild) {
-                taken.wild[file] += wild;
-            }
-        }
-        Ok(taken)
-    }
-
-    /// Numbers of the files that reach into a band.
-    fn files_in(&self, band: &Band) -> Vec<usize> {
-        let extents = self.raster.extents().into_iter().enumerate();
-        extents
-            .filter(|(_, extent)| samples_of(extent, band) > 0)
-            .map(|(file, _)| file)
-            .collect()
-    }
-
-    /// Samples of all files in a band.
-    fn samples_in(&self, band: &Band) -> u64 {
-        self.raster
-            .extents()
-            .iter()
-            .map(|extent| samples_of(extent, band))
-            .sum()
-    }
-
-    /// Where a band's record is, named by the files in it and its place on the lattice.
-    fn key(&self, band: &Band) -> String {
-        let [left, top] = self.corner();
-        let place = [
-            left + band.columns.start,
-            top + band.rows.start,
-            band.columns.len(),
-            band.rows.len(),
-        ];
-        let files = self.files_in(band).into_iter().map(|file| self.stamps[file].as_bytes());
-        format!(
-            "bands/{}.json",
-            Name::of(files.chain([format!("{place:?}").as_bytes()]))
-        )
-    }
-
-    /// Whether a band is in the store.
-    pub(crate) fn has(&self, band: &Band) -> Result<bool> {
-        self.store.has(&self.key(band))
-    }
-
-    fn record(&self, band: &Band, progress: &Progress) -> Result<BandRecord> {
-        let key = self.key(band);
-        if let Some(bytes) = self.store.get(&key)? {
-            progress.skip(self.samples_in(band));
-            return serde_json::from_slice(&bytes).with_context(|| key);
-        }
-        let record = self.read(band)?;
-        self.store.put(&key, serde_json::to_vec(&record)?)?;
-        Ok(record)
-    }
-
-    fn read(&self, band: &Band) -> Result<BandRecord> {
-        let rectangle = self.raster.read(band.columns.clone(), band.rows.clone())?;
-        let [left, top] = self.corner();
-        let chunks_over =
-            |range: &Range<usize>, corner: usize| (corner + range.start) / CHUNK..(corner + range.end).div_ceil(CHUNK);
-        let across = chunks_over(&band.columns, left);
-        let ids: Vec<(usize, usize)> = chunks_over(&band.rows, top)
-            .flat_map(|y| across.clone().map(move |x| (x, y)))
-            .collect();
-        let put = |(x, y): (usize, usize)| -> Result<Option<(u32, u32, String)>> {
-            let mut samples = vec![f32::NAN; CHUNK * CHUNK];
-            let columns = overlap(x, left, &band.columns);
-            for row in overlap(y, top, &band.rows) {
-                let from = (row - band.rows.start) * band.columns.len() + columns.start - band.columns.start;
-                let to = (top + row - y * CHUNK) * CHUNK + left + columns.start - x * CHUNK;
-                samples[to..to + columns.len()].copy_from_slice(&rectangle.heights[from..from + columns.len()]);
-            }
-            if samples.iter().all(|sample| sample.is_nan()) {
-                return Ok(None);
-            }
-            let bytes = to_bytes(&samples);
-            let name = Name::of([bytes.as_slice()]);
-            let key = samples_key(
-                ChunkId {
-                    level: 0,
-                    x: x as u32,
-                    y: y as u32,
-                },
-                name,
-            );
-            self.store.put(&key, bytes)?;
-            Ok(Some((x as u32, y as u32, name.to_string())))
-        };
-        let chunks: Result<Vec<_>> = ids.into_par_iter().map(put).filter_map(Result::transpose).collect();
-        let heights = rectangle
-            .heights
-            .iter()
-            .copied()
-            .filter(|height| !height.is_nan())
-            .map(|height| [height, height])
-            .reduce(|[lowest, highest], [height, _]| [lowest.min(height), highest.max(height)]);
-        let wild = self
-            .files_in(band)
-            .into_iter()
-            .map(|file| rectangle.wild[file])
-            .collect();
-        Ok(BandRecord {
-            chunks: chunks?,
-            heights,
-            wild,
-        })
-    }
-}
-
-/// Samples of a file in a band.
-fn samples_of([columns, rows]: &[Range<usize>; 2], band: &Band) -> u64 {
-    let common = |a: &Range<usize>, b: &Range<usize>| a.end.min(b.end).saturating_sub(a.start.max(b.start)) as u64;
-    common(columns, &band.columns) * common(rows, &band.rows)
-}
-
-fn top_level(size: [usize; 2]) -> u8 {
-    top_over(size).clamp(1, MOST_LEVELS)
-}
-
-/// The chunks of a level, or of the top one if it is lower, that samples of the files may be in.
-pub(crate) fn chunks_over_files(raster: &dyn Raster, level: u8) -> Vec<ChunkId> {
-    let level = level.min(top_level(raster.size()));
-    let corner = raster.origin().map(|origin| (origin + FIRST) as usize);
-    let shift = CHUNK.ilog2() + u32::from(level);
-    let mut found = BTreeSet::new();
-    for [columns, rows] in raster.extents() {
-        let span = |range: &Range<usize>, axis: usize| {
-            ((corner[axis] + range.start) >> shift) as u32..=((corner[axis] + range.end - 1) >> shift) as u32
-        };
-        let across = span(&columns, 0);
-        found.extend(span(&rows, 1).flat_map(|y| across.clone().map(move |x| ChunkId { level, x, y })));
-    }
-    found.into_iter().collect()
-}
-
-/// Columns, or rows, of the raster in one chunk, as far as a range reaches.
-fn overlap(chunk: usize, corner: usize, range: &Range<usize>) -> Range<usize> {
-    let start = (chunk * CHUNK).max(corner + range.start) - corner;
-    let end = ((chunk + 1) * CHUNK).min(corner + range.end) - corner;
-    start..end
-}
-
-/// Runs of numbers that follow each other, no longer than a band.
-fn runs(numbers: impl IntoIterator<Item = usize>) -> Vec<Range<usize>> {
-    let mut found: Vec<Range<usize>> = Vec::new();
-    for number in numbers {
-        match found.last_mut() {
-            Some(run) if run.end == number && run.len() < BAND[0] => run.end += 1,
-            _ => found.push(number..number + 1),
-        }
-    }
-    found
-}
-
 /// The raster in the store: any window of its samples, any chunk of its relief.
 pub(crate) struct ChunkedRaster {
     store: Store,
@@ -344,16 +85,15 @@ pub(crate) struct ChunkedRaster {
 
 impl ChunkedRaster {
     /// The raster whose samples were taken into the store. `memory` is how many bytes of chunks are kept at hand.
-    pub(crate) fn new(intake: &Intake, samples: BTreeMap<ChunkId, Name>, memory: u64) -> Self {
+    pub(crate) fn new(raster: &dyn Raster, store: &Store, samples: BTreeMap<ChunkId, Name>, memory: u64) -> Self {
         let cache = |bytes: u64| bytes.max(1 << 20);
-        let size = intake.raster.size();
+        let (size, first) = (raster.size(), first_sample(raster));
         let top_level = top_level(size);
         let of_top = CHUNK << top_level;
-        let align = |corner: usize| corner / of_top * of_top;
-        let corner = intake.corner().map(align);
-        let before = [0, 1].map(|axis| intake.corner()[axis] - corner[axis]);
+        let corner = first.map(|first| first / of_top * of_top);
+        let before = [0, 1].map(|axis| first[axis] - corner[axis]);
         let mut raster = Self {
-            store: intake.store.clone(),
+            store: store.clone(),
             size: [before[0] + size[0], before[1] + size[1]],
             corner,
             before,
@@ -525,6 +265,14 @@ impl ChunkedRaster {
         }))
     }
 
+    /// A chunk of the relief; none where nothing has a height, or where the store cannot be read, which [`Self::check`] tells.
+    pub(crate) fn chunk_or_fault(&self, id: ChunkId) -> Option<Arc<Chunk>> {
+        self.chunk_at(id).unwrap_or_else(|error| {
+            self.fault.get_or_init(|| format!("{error:#}"));
+            None
+        })
+    }
+
     fn read_chunk(&self, id: ChunkId, name: Name) -> Result<Chunk> {
         let key = relief_key(id, name);
         let bytes = self.store.expect(&key)?;
@@ -594,68 +342,6 @@ impl ChunkedRaster {
     }
 }
 
-/// Chunks under a rectangle of the raster, in columns and rows that are counted from a place on the lattice of chunks that
-/// follows from the rectangle alone: what is computed from them is the same whatever else the raster holds.
-pub(crate) struct ChunkView<'a> {
-    raster: &'a ChunkedRaster,
-    /// Lattice coordinates from where it counts.
-    first: [usize; 2],
-    size: [usize; 2],
-    top_level: u8,
-}
-
-impl<'a> ChunkView<'a> {
-    /// Chunks of all levels up to one, as far as the raster has them, under the columns and rows of a rectangle.
-    pub(crate) fn new(raster: &'a ChunkedRaster, cells: &[Range<usize>; 2], level: u8) -> Self {
-        let level = level.min(MOST_LEVELS);
-        let step = CHUNK << level;
-        let first = [0, 1].map(|axis| (raster.corner[axis] + cells[axis].start) / step * step);
-        Self {
-            raster,
-            first,
-            size: [0, 1].map(|axis| raster.corner[axis] + cells[axis].end - first[axis]),
-            top_level: level.min(raster.top_level),
-        }
-    }
-
-    /// The rectangle in the view's columns and rows.
-    pub(crate) fn cells(&self, cells: &[Range<usize>; 2]) -> [Range<usize>; 2] {
-        [0, 1].map(|axis| {
-            let at = |cell: usize| self.raster.corner[axis] + cell - self.first[axis];
-            at(cells[axis].start)..at(cells[axis].end)
-        })
-    }
-
-    /// Column and row, on the lattice as georeferences count it, of the view's first.
-    pub(crate) fn origin(&self) -> [i64; 2] {
-        self.first.map(|first| first as i64 - FIRST)
-    }
-}
-
-impl Chunks for ChunkView<'_> {
-    fn size(&self) -> [usize; 2] {
-        self.size
-    }
-
-    fn chunk(&self, level: u8, x: usize, y: usize) -> Option<Arc<Chunk>> {
-        let shift = CHUNK.ilog2() + u32::from(level);
-        let at = |axis: usize, chunk: usize| ((self.first[axis] >> shift) + chunk) as u32;
-        let id = ChunkId {
-            level,
-            x: at(0, x),
-            y: at(1, y),
-        };
-        self.raster.chunk_at(id).unwrap_or_else(|error| {
-            self.raster.fault.get_or_init(|| format!("{error:#}"));
-            None
-        })
-    }
-
-    fn top(&self) -> u8 {
-        self.top_level
-    }
-}
-
 impl Samples for ChunkedRaster {
     fn size(&self) -> [usize; 2] {
         self.size
@@ -682,9 +368,13 @@ impl Samples for ChunkedRaster {
         }
         Ok(window)
     }
+
+    fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool {
+        !self.chunks_over(0, &columns, &rows).is_empty()
+    }
 }
 
-fn samples_key(id: ChunkId, name: Name) -> String {
+pub(crate) fn samples_key(id: ChunkId, name: Name) -> String {
     format!("samples/{}-{}-{name}", id.x, id.y)
 }
 
@@ -692,7 +382,7 @@ fn relief_key(id: ChunkId, name: Name) -> String {
     format!("relief/{}-{}-{}-{name}", id.level, id.x, id.y)
 }
 
-fn to_bytes(values: &[f32]) -> Vec<u8> {
+pub(crate) fn to_bytes(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
@@ -701,6 +391,22 @@ fn from_bytes(bytes: &[u8]) -> Vec<f32> {
         .chunks_exact(4)
         .map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]))
         .collect()
+}
+
+/// Lattice coordinates of a raster's first sample.
+pub(crate) fn first_sample(raster: &dyn Raster) -> [usize; 2] {
+    raster.origin().map(|origin| (origin + FIRST) as usize)
+}
+
+/// Columns, or rows, of the raster in one chunk, as far as a range reaches.
+pub(crate) fn overlap(chunk: usize, corner: usize, range: &Range<usize>) -> Range<usize> {
+    let start = (chunk * CHUNK).max(corner + range.start) - corner;
+    let end = ((chunk + 1) * CHUNK).min(corner + range.end) - corner;
+    start..end
+}
+
+pub(crate) fn top_level(size: [usize; 2]) -> u8 {
+    top_over(size).clamp(1, MOST_LEVELS)
 }
 
 #[cfg(test)]

@@ -6,10 +6,13 @@ use glam::DVec2;
 use tempfile::TempDir;
 
 use super::*;
+use crate::chunk_view::ChunkView;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
+use crate::intake::Intake;
 use crate::raster::ReadError;
-use crate::samples::{Provenance, Rectangle};
+use crate::samples::{Extremes, Provenance, Rectangle};
+use terrain_core::height_field::chunks::Chunks;
 
 /// A raster whose first sample is not the first one of its lattice, and that counts how often it is read.
 struct Shifted {
@@ -72,8 +75,8 @@ impl Raster for Shifted {
         self.grid.provenance()
     }
 
-    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError> {
-        self.grid.remark(lowest, wild)
+    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
+        self.grid.remark(extremes, wild)
     }
 
     fn stamps(&self) -> Vec<String> {
@@ -84,7 +87,7 @@ impl Raster for Shifted {
 fn taken(raster: &Shifted, store: &Store) -> ChunkedRaster {
     let intake = Intake::new(raster, store);
     let taken = intake.take(&intake.bands(), &Progress::silent()).unwrap();
-    ChunkedRaster::new(&intake, taken.names, 1 << 24)
+    ChunkedRaster::new(raster, store, taken.names, 1 << 24)
 }
 
 /// All of it, counted as the raster counts.

@@ -6,6 +6,7 @@ use glam::DVec2;
 use terrain_core::height_field::blocks::Relief;
 use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::finer::Finer;
+use terrain_core::height_field::ground::Ground;
 use terrain_core::height_field::heights::Heights;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::{Bound, Reference};
@@ -48,15 +49,14 @@ impl<'a> CoarseWindow<'a> {
     }
 
     /// `to_grid` and `to_plan` map between plan coordinates and the raster's grid, over the rectangle `low … high` in plan.
-    /// `ground` is the metres of a column and of a row of the raster.
-    pub(crate) fn reference(
-        &self,
+    pub(crate) fn reference<'b>(
+        &'b self,
         [low, high]: [DVec2; 2],
         to_grid: impl Fn(DVec2) -> DVec2,
         to_plan: impl Fn(DVec2) -> DVec2,
-        ground: DVec2,
+        ground: Ground<'b>,
         bound: Bound,
-    ) -> Reference<'_> {
+    ) -> Reference<'b> {
         let scale = f64::from(1_u32 << self.level);
         let origin = [self.columns.start, self.rows.start];
         let first = DVec2::new(origin[0] as f64, origin[1] as f64);
@@ -73,7 +73,7 @@ impl<'a> CoarseWindow<'a> {
                 |at| to_plan((at + first) * scale),
             ),
             curvature: &self.curvature,
-            ground: ground * scale,
+            ground,
             bound,
             finer: Some(Finer {
                 relief: &self.relief,

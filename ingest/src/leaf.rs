@@ -56,8 +56,8 @@ pub(crate) fn side_start(lattice: Lattice, square: Square, side: Side) -> i64 {
     square.edge(side).along * lattice.extent(square.zoom)
 }
 
-/// Builds the finest surface of a leaf, in its lattice coordinates and metres; without triangles where the raster has no surface there. And by
-/// how many lattice units its outline was moved from the raster's, but for rounding.
+/// Builds the finest surface of a leaf, in its lattice coordinates and metres; without triangles where the raster has no
+/// surface there. And how many metres its outline strays from the raster's, but for the rounding of cuts.
 ///
 /// # Errors
 /// When the raster's outline cannot be triangulated.
@@ -78,7 +78,7 @@ pub(crate) fn finest_surface<'a>(
         extent: lattice.extent(square.zoom),
         outline: Outline::default(),
         boundary: vec![],
-        moved: 0.0,
+        strayed: 0.0,
         numbers: HashMap::new(),
         on_inner_lines: vec![],
     };
@@ -95,7 +95,7 @@ pub(crate) fn finest_surface<'a>(
         frame: Some(frame(lattice, square)),
     };
     refine(&mut surface, refinement);
-    Ok((surface, builder.moved))
+    Ok((surface, builder.strayed))
 }
 
 /// Whether a lattice position lies on a side of its square, where it is shared with neighbours.
@@ -115,8 +115,8 @@ struct Builder<'a> {
     outline: Outline,
     /// Segments with the surface to their left.
     boundary: Vec<[u32; 2]>,
-    /// Lattice units by which samples of the outline were moved, at most.
-    moved: f64,
+    /// Metres by which the outline strays from the raster's, at most.
+    strayed: f64,
     numbers: HashMap<[i64; 2], u32>,
     /// Where the raster's outline crosses the strip's inner lines.
     on_inner_lines: Vec<[i64; 2]>,
@@ -175,12 +175,14 @@ impl Builder<'_> {
         let corner = [origin.x as i64, origin.y as i64];
         let steps = self.source().steps_around(origin, origin + self.extent as f64);
         for step in steps {
+            let mut is_inside = false;
             let [from, to] = step.ends.map(|at| [at[0] - corner[0], at[1] - corner[1]]);
             let points = self.cut(from, to);
             for pair in points.windows(2) {
-                if self.add_outline_piece(pair[0], pair[1]) {
-                    self.moved = self.moved.max(step.moved);
-                }
+                is_inside |= self.add_outline_piece(pair[0], pair[1]);
+            }
+            if is_inside {
+                self.strayed = self.strayed.max(self.source().strays(&step));
             }
         }
     }

@@ -2,10 +2,12 @@
 
 mod border;
 mod certify;
+mod chunk_view;
 mod chunks;
 mod coarse;
 pub mod georeference;
 pub mod height_grid;
+mod intake;
 mod lattice;
 mod leaf;
 mod memory;

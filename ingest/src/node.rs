@@ -12,13 +12,14 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
+use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::refine::Frame;
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
-use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS};
+use terrain_tiles::ellipsoid::{Geodetic, on_ellipsoid};
 use terrain_tiles::formats::spt;
 use terrain_tiles::tile::{Detail, Lineage, Tile};
 
@@ -33,6 +34,8 @@ pub(crate) const MODEL_SHARE: f64 = 0.985;
 /// Share of an error that is added to what was measured: another program, which follows straight edges over the raster by
 /// other steps, may find so much more.
 const AGREEMENT: f64 = 1e-5;
+/// Share of a tolerance that most surfaces come to.
+const NEARLY: f64 = 0.9;
 /// Bands between a zoom's error and twice that.
 const RUNGS: i32 = 2;
 /// No triangle is lower than this in plan, lattice units.
@@ -106,7 +109,7 @@ impl Build<'_> {
             partition,
             outline_errors,
         };
-        let coarsest_measured = self.certify(square, &mut tile, finest.error);
+        let coarsest_measured = self.certify(square, &mut tile, sides, finest.error, tolerance);
         tile.lineage = Lineage {
             name: 0,
             coarsest_measured: spt::rounded_up(coarsest_measured),
@@ -145,15 +148,23 @@ impl Build<'_> {
         Ok(())
     }
 
-    /// Fills in the error of every level: measured, and never smaller than that of a finer one. Tells what was measured of the
-    /// coarsest one.
-    fn certify(&self, square: Square, tile: &mut Tile, known: Option<f64>) -> f64 {
+    /// Fills in the error of every level: measured, and never smaller than that of a finer one; `tolerance` is the zoom's. Tells
+    /// what was measured of the coarsest one.
+    fn certify(
+        &self,
+        square: Square,
+        tile: &mut Tile,
+        sides: [&BorderCurve; 4],
+        known: Option<f64>,
+        tolerance: f64,
+    ) -> f64 {
         let interior = tile.interior_levels();
-        let full = known.unwrap_or_else(|| self.error_of(square, &tile.surface(tile.finest())));
-        let bulge = |mesh: &Mesh| self.outline_bulge(square, mesh);
-        let (mut error, mut measured) = (full, full);
+        let mut finer = tile.surface(tile.finest());
+        let full = known.unwrap_or_else(|| self.error_of(square, &finer, NEARLY * tolerance));
+        let bulge = |mesh: &Mesh| self.side_bulge(square, mesh, sides);
+        let (mut error, mut measured) = (full, Some(full));
         let count = tile.partition.levels.len();
-        let mut outline = tile.outline_errors[count - 1] + bulge(&tile.surface(tile.finest()));
+        let mut outline = tile.outline_errors[count - 1] + bulge(&finer);
         tile.partition.levels[count - 1].error = full;
         tile.outline_errors[count - 1] = outline;
         for level in (0..interior).rev() {
@@ -161,23 +172,37 @@ impl Build<'_> {
                 interior: level,
                 fine_sides: [false; 4],
             });
-            measured = self.error_of(square, &mesh);
-            error = error.max(measured);
+            let news = without_triangles_of(&mesh, &finer);
+            if !news.triangles.is_empty() {
+                measured = self.error_beyond(square, &news, error);
+                error = measured.unwrap_or(error);
+            }
             outline = outline.max(tile.outline_errors[level] + bulge(&mesh));
             let last = if level + 1 == interior { count - 1 } else { level + 1 };
             for index in level..last {
                 tile.partition.levels[index].error = error;
                 tile.outline_errors[index] = outline;
             }
+            finer = mesh;
         }
-        measured
+        measured.unwrap_or_else(|| self.error_of(square, &finer, NEARLY * error))
     }
 
-    fn error_of(&self, square: Square, mesh: &Mesh) -> f64 {
+    /// What a mesh is off, whatever it is; found out soonest where that is a little more than `guess`.
+    fn error_of(&self, square: Square, mesh: &Mesh, guess: f64) -> f64 {
+        let mut guesses = [guess, 0.0].into_iter();
+        guesses
+            .find_map(|guess| self.error_beyond(square, mesh, guess))
+            .unwrap_or(0.0)
+    }
+
+    /// What a mesh is off, if it is more than `floor`.
+    fn error_beyond(&self, square: Square, mesh: &Mesh, floor: f64) -> Option<f64> {
+        let geodetic = |position| self.geodetic(square, position);
         let measured = self
             .certifier
-            .vertical_error(mesh, |position| self.geodetic(square, position));
-        measured * (1.0 + AGREEMENT)
+            .vertical_error(mesh, geodetic, floor / (1.0 + AGREEMENT))?;
+        Some((measured * (1.0 + AGREEMENT)).max(floor))
     }
 
     pub(crate) fn geodetic(&self, square: Square, position: DVec3) -> Geodetic {
@@ -191,21 +216,44 @@ impl Build<'_> {
         }
     }
 
-    /// How far, in metres, edges of the outline that are straight in space bulge from straight ones on the map.
-    fn outline_bulge(&self, square: Square, mesh: &Mesh) -> f64 {
-        let sides = leaf::frame(self.lattice, square);
-        let bulges = boundary_edges(&mesh.triangles).into_iter().filter_map(|(a, b)| {
-            let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize]);
-            if sides.along_side(a.truncate(), b.truncate()) {
-                return None;
+    /// How far, in metres, edges that are straight in space bulge from the tile's southern and northern side where that is an
+    /// outline.
+    fn side_bulge(&self, square: Square, mesh: &Mesh, sides: [&BorderCurve; 4]) -> f64 {
+        let extent = self.lattice.extent(square.zoom) as f64;
+        let mut bulge: f64 = 0.0;
+        for side in [Side::South, Side::North] {
+            let start = leaf::side_start(self.lattice, square, side);
+            let outlines: Vec<[f64; 2]> = leaf::own_runs(sides[side as usize], side)
+                .filter(|run| run.has_surface != [true; 2])
+                .map(|run| run.ends().map(|end| (end - start) as f64))
+                .collect();
+            let y = leaf::on_side(side, 0.0, extent).y;
+            for (a, b) in boundary_edges(&mesh.triangles) {
+                let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize].truncate());
+                let middle = (a + b) / 2.0;
+                let is_outline = || outlines.iter().any(|[first, last]| (first..=last).contains(&&middle.x));
+                if a.y == y && b.y == y && is_outline() {
+                    let [a, middle, b] = [a, middle, b].map(|at| self.on_ellipsoid(square, at));
+                    bulge = bulge.max(distance_on_earth(middle, [a, b]));
+                }
             }
-            let [from, to] = [a, b].map(|p| self.geodetic(square, p));
-            let latitude = from.latitude.abs().max(to.latitude.abs()).min(89.9).to_radians();
-            let east = (to.longitude - from.longitude).to_radians() * latitude.cos() * MEAN_RADIUS;
-            let north = (to.latitude - from.latitude).to_radians() * MEAN_RADIUS;
-            Some(1.1 * (east * east + 2.0 * (east * north).abs()) * latitude.tan() / (8.0 * MEAN_RADIUS))
-        });
-        bulges.fold(0.0, f64::max)
+        }
+        bulge
+    }
+
+    fn on_ellipsoid(&self, square: Square, at: DVec2) -> DVec3 {
+        on_ellipsoid(self.lattice.geographic(at + self.lattice.origin(square)))
+    }
+}
+
+/// Those triangles of a level that are not what they are in the next finer one, of which it has the first.
+fn without_triangles_of(mesh: &Mesh, finer: &Mesh) -> Mesh {
+    let places = |mesh: &Mesh, corners: [u32; 3]| corners.map(|corner| mesh.positions[corner as usize]);
+    let both = mesh.triangles.iter().zip(&finer.triangles);
+    let news = both.filter(|&(&here, &there)| places(mesh, here) != places(finer, there));
+    Mesh {
+        triangles: news.map(|(&corners, _)| corners).collect(),
+        positions: mesh.positions.clone(),
     }
 }
 

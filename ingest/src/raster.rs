@@ -25,7 +25,7 @@ pub use record::{RasterRecord, RecordedRaster};
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
-use crate::samples::{Overrides, Provenance, Raster, Rectangle};
+use crate::samples::{Extremes, Overrides, Provenance, Raster, Rectangle};
 use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
@@ -109,7 +109,7 @@ impl Rasters {
         self.progress.stage("reading samples", (columns * rows) as u64);
         let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
         self.progress.done();
-        self.remark(heights.iter().copied().fold(f32::INFINITY, f32::min), &wild)?;
+        self.remark(Extremes::of(&heights), &wild)?;
         Ok(HeightGrid {
             columns,
             rows,
@@ -197,9 +197,9 @@ impl Raster for Rasters {
         }
     }
 
-    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError> {
+    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
         let paths: Vec<&Path> = self.paths().collect();
-        remark(&paths, lowest, wild, &self.progress)
+        remark(&paths, extremes, wild, &self.progress)
     }
 
     /// Path, size and time of the last change of each file, and how they are read.

@@ -8,7 +8,9 @@
 //! No outline has a vertex in a strip then, but on the side or on the inner line.
 
 use glam::DVec2;
+use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::heights::Heights;
+use terrain_tiles::ellipsoid::on_ellipsoid;
 
 use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, STRIP};
@@ -17,6 +19,8 @@ use crate::lattice::{Lattice, STRIP};
 const PLACES: usize = 17;
 /// Cells around those.
 const CELLS_AROUND: f64 = 3.0;
+/// How much farther a step may stray between the places that are looked at.
+const BETWEEN_PLACES: f64 = 1.02;
 
 /// What sides and outlines are made from.
 pub(crate) struct BorderSource<'a> {
@@ -30,8 +34,8 @@ pub(crate) struct BorderSource<'a> {
 pub(crate) struct Step {
     /// Lattice positions; going from the first to the second, the surface is to the left.
     pub(crate) ends: [[i64; 2]; 2],
-    /// Lattice units by which an end was moved from the sample's place, at most.
-    pub(crate) moved: f64,
+    /// The samples, in the same order.
+    samples: [DVec2; 2],
 }
 
 impl BorderSource<'_> {
@@ -77,21 +81,36 @@ impl BorderSource<'_> {
     }
 
     fn step(&self, from: [i64; 2], to: [i64; 2], forwards: bool) -> Step {
-        let [(from, a), (to, b)] = [from, to].map(|sample| self.node(sample));
+        let [from, to] = [from, to].map(|[column, row]| DVec2::new(column as f64, row as f64));
+        let samples = if forwards { [from, to] } else { [to, from] };
         Step {
-            ends: if forwards { [from, to] } else { [to, from] },
-            moved: a.max(b),
+            ends: samples.map(|sample| self.node(sample)),
+            samples,
         }
     }
 
-    /// The lattice position of a sample of the outline, and how far it was moved.
-    fn node(&self, [column, row]: [i64; 2]) -> ([i64; 2], f64) {
-        let place = self
-            .lattice
-            .global(self.georeference.geographic(DVec2::new(column as f64, row as f64)));
+    /// The lattice position of a sample of the outline.
+    fn node(&self, sample: DVec2) -> [i64; 2] {
+        let place = self.lattice.global(self.georeference.geographic(sample));
         let extent = self.lattice.extent(self.lattice.leaf_zoom);
-        let at = [place.x, place.y].map(|coordinate| out_of_strip(coordinate.round() as i64, extent));
-        (at, place.distance(DVec2::new(at[0] as f64, at[1] as f64)))
+        [place.x, place.y].map(|coordinate| out_of_strip(coordinate.round() as i64, extent))
+    }
+
+    /// Metres, seen from above, between a step of the raster and the edges on the lattice that stand for it: its ends were
+    /// moved, and what is straight in the raster, on the map and in space differ in between.
+    pub(crate) fn strays(&self, step: &Step) -> f64 {
+        let in_raster = |share| {
+            self.georeference
+                .geographic(step.samples[0].lerp(step.samples[1], share))
+        };
+        let [from, to] = step.ends.map(|[x, y]| DVec2::new(x as f64, y as f64));
+        let on_map = |share| self.lattice.geographic(from.lerp(to, share));
+        let ends = [0.0, 1.0].map(|share| on_ellipsoid(on_map(share)));
+        let between = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| {
+            let place = on_ellipsoid(on_map(share));
+            place.distance(on_ellipsoid(in_raster(share))) + distance_on_earth(place, ends)
+        });
+        BETWEEN_PLACES * between.into_iter().fold(0.0, f64::max)
     }
 
     /// Height of the surface at a global lattice position; next to the surface, of the nearest cell, carried on.

@@ -36,11 +36,11 @@ pub trait Raster: Sync {
     /// Where the samples come from.
     fn provenance(&self) -> Provenance;
 
-    /// Tells the person of samples that cannot be heights: the lowest height, and how many became void, by file.
+    /// Tells the person of samples that cannot be heights: among those that are there, and how many became void, by file.
     ///
     /// # Errors
     /// When no sample has a height.
-    fn remark(&self, lowest: f32, wild: &[usize]) -> Result<(), ReadError>;
+    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError>;
 
     /// For each file, what must be the same for samples that were read of it before to be good still.
     fn stamps(&self) -> Vec<String>;
@@ -52,6 +52,50 @@ pub struct Rectangle {
     pub heights: Vec<f32>,
     /// For each file how many samples were infinite or beyond any height, and so became void.
     pub wild: Vec<usize>,
+}
+
+/// The lowest and the highest of some samples, metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Extremes {
+    /// Lowest sample.
+    pub lowest: f32,
+    /// How many samples are as low as that.
+    pub lowest_count: u64,
+    /// The lowest of the others; none where all are alike.
+    pub second_lowest: Option<f32>,
+    /// Highest sample.
+    pub highest: f32,
+}
+
+impl Extremes {
+    /// Of some samples; none where all are void.
+    #[must_use]
+    pub fn of(heights: &[f32]) -> Option<Self> {
+        let there = heights.iter().copied().filter(|height| !height.is_nan());
+        let alone = there.map(|height| Self {
+            lowest: height,
+            lowest_count: 1,
+            second_lowest: None,
+            highest: height,
+        });
+        alone.reduce(Self::with)
+    }
+
+    /// Of both.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        let lowest = self.lowest.min(other.lowest);
+        let count = |of: &Self| if of.lowest == lowest { of.lowest_count } else { 0 };
+        let others = [self, other]
+            .into_iter()
+            .flat_map(|of| [Some(of.lowest), of.second_lowest]);
+        Self {
+            lowest,
+            lowest_count: count(&self) + count(&other),
+            second_lowest: others.flatten().filter(|&height| height > lowest).reduce(f32::min),
+            highest: self.highest.max(other.highest),
+        }
+    }
 }
 
 /// Where samples come from.
@@ -115,6 +159,9 @@ pub trait Samples: Sync {
     /// # Errors
     /// When they cannot be read.
     fn window(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Window>;
+
+    /// Whether some sample in these columns and rows may have a height, as far as that is known without reading them.
+    fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool;
 }
 
 impl Raster for HeightGrid {
@@ -153,7 +200,7 @@ impl Raster for HeightGrid {
         }
     }
 
-    fn remark(&self, _lowest: f32, _wild: &[usize]) -> Result<(), ReadError> {
+    fn remark(&self, _extremes: Option<Extremes>, _wild: &[usize]) -> Result<(), ReadError> {
         Ok(())
     }
 
@@ -180,4 +227,12 @@ impl Samples for HeightGrid {
             heights: self.heights_in(&columns, &rows),
         })
     }
+
+    fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool {
+        columns.start < self.columns && rows.start < self.rows
+    }
 }
+
+#[cfg(test)]
+#[path = "samples_tests.rs"]
+mod tests;

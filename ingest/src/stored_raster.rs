@@ -1,7 +1,8 @@
 //! A raster taken into a store: its samples by windows and its relief by chunks, whatever the size of the whole.
 
-use crate::chunks::{ChunkedRaster, Intake};
+use crate::chunks::ChunkedRaster;
 use crate::georeference::GeoReference;
+use crate::intake::Intake;
 use crate::progress::Progress;
 use crate::raster::ReadError;
 use crate::samples::{Raster, Samples};
@@ -53,14 +54,16 @@ impl StoredRaster {
         progress.stage("reading samples", intake.sample_count());
         let taken = intake.take(&bands, progress)?;
         progress.done();
-        raster.remark(taken.heights[0], &taken.wild)?;
-        let chunks = ChunkedRaster::new(&intake, taken.names, (memory / SHARE).min(MOST));
+        raster.remark(taken.extremes, &taken.wild)?;
+        let chunks = ChunkedRaster::new(raster, store, taken.names, (memory / SHARE).min(MOST));
         let [columns, rows] = Samples::size(&chunks);
         let before = chunks.before().map(|before| -(before as i64));
         Ok(Self {
             chunks,
             georeference: raster.georeference().window(before, columns, rows),
-            heights: taken.heights,
+            heights: taken.extremes.map_or([f32::INFINITY, f32::NEG_INFINITY], |extremes| {
+                [extremes.lowest, extremes.highest]
+            }),
         })
     }
 

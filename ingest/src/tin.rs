@@ -18,6 +18,7 @@ use glam::{DVec2, DVec3};
 use indicatif::HumanCount;
 use serde::Serialize;
 use terrain_core::Surface;
+use terrain_core::height_field::ground::Ground;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::{Bound, Reference};
 use terrain_core::height_field::refine::{Refinement, refine};
@@ -139,7 +140,7 @@ fn reference<'a>(grid: &'a HeightGrid, is_flipped: bool, curvature: &'a [DVec2],
         heights: grid.whole(),
         plan,
         curvature,
-        ground: DVec2::ONE,
+        ground: Ground::Plane(DVec2::ONE / UNITS_IN_A_CELL),
         bound,
         finer: None,
     }

@@ -17,8 +17,10 @@
 //! metadata and the set of tiles                                       extent
 //! ```
 
+mod beside;
 mod deviation;
 mod drawing;
+mod drawn;
 mod extent;
 mod levels;
 mod mesh_file;
@@ -78,11 +80,14 @@ fn block_side(memory: u64) -> usize {
 
 fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progress) -> Result<ArchiveReport> {
     let exist: BTreeSet<TileAddress> = tiles.addresses().into_iter().collect();
-    let blocks = source.whole().split(block_side);
+    let mut blocks = source.whole().split(block_side);
+    blocks.retain(|block| source.may_hold(block));
     let outline = SourceOutline::new(source, block_side)?;
     let metadata = tiles.metadata();
     let measure = Measure {
         source,
+        tiles,
+        exist: &exist,
         outline: &outline,
         between_samples: metadata.bound == "surface",
         block_side,
@@ -92,7 +97,7 @@ fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progre
         let what = format!("metadata: bound “{}” is unknown", metadata.bound);
         violations.push(Violation::new(what));
     }
-    let found = measure_tiles(tiles, &exist, &measure, progress)?;
+    let found = measure_tiles(&measure, progress)?;
     if found.lattices.len() > 1 {
         let what = format!("tiles on different lattices, of {:?} bits", found.lattices);
         violations.push(Violation::new(what));
@@ -103,7 +108,7 @@ fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progre
     violations.extend(found.violations);
     violations.extend(extent::check_metadata(metadata, &zooms, &coarsest_outlines, &exist));
     violations.extend(extent::check_bounds(metadata, &source, &blocks)?);
-    violations.extend(extent::check_presence(&source, &blocks, &exist, &reaches)?);
+    violations.extend(extent::check_presence(source, &blocks, tiles, &exist, &reaches)?);
     let sound = Sound {
         tiles,
         interiors: &found.interiors,
@@ -185,12 +190,8 @@ impl Found {
 }
 
 /// Measures small tiles side by side, and large ones one after the other, each by all threads.
-fn measure_tiles(
-    tiles: &dyn Tiles,
-    exist: &BTreeSet<TileAddress>,
-    measure: &Measure,
-    progress: &Progress,
-) -> Result<Found> {
+fn measure_tiles(measure: &Measure, progress: &Progress) -> Result<Found> {
+    let (tiles, exist) = (measure.tiles, measure.exist);
     progress.stage("measuring tiles", exist.len() as u64);
     let measured = |address: TileAddress, spread: bool| {
         let result = match tiles.tile(address) {
@@ -198,10 +199,7 @@ fn measure_tiles(
                 let what = format!("holds the tile {}", tile.address);
                 Measured::broken(Violation::of_tile(what, address))
             }
-            Ok(tile) => {
-                let neighbours = outline::neighbours(address, |other| exist.contains(&other));
-                measure.tile(&tile, neighbours, spread)?
-            }
+            Ok(tile) => measure.tile(&tile, spread)?,
             Err(what) => Measured::broken(Violation::of_tile(what, address)),
         };
         progress.advance(1);

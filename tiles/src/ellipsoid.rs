@@ -1,6 +1,6 @@
 //! WGS84: geodetic coordinates (degrees, metres) and Earth-centred, Earth-fixed metres.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Semi-major axis in metres (NIMA TR8350.2, table 3.1).
 pub const SEMI_MAJOR: f64 = 6_378_137.0;
@@ -11,7 +11,7 @@ pub const SEMI_MINOR: f64 = SEMI_MAJOR * (1.0 - FLATTENING);
 /// First eccentricity, squared.
 pub const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
 /// Mean of the three semi-axes in metres, the Earth as a ball; to a kilometre.
-pub const MEAN_RADIUS: f64 = terrain_core::height_field::reference::EARTH_RADIUS;
+pub const MEAN_RADIUS: f64 = terrain_core::height_field::ground::EARTH_RADIUS;
 /// Smallest radius of curvature in metres, that of a meridian at the equator; rounded down to a kilometre.
 pub const LEAST_CURVATURE_RADIUS: f64 = 6_335_000.0;
 /// Metres in a degree of the equator; to ten metres.
@@ -42,6 +42,12 @@ pub fn normal(longitude: f64, latitude: f64) -> DVec3 {
 #[must_use]
 pub fn to_earth_centred(point: Geodetic) -> DVec3 {
     above(normal(point.longitude, point.latitude), point.height)
+}
+
+/// Earth-centred position, in metres, of the point of the ellipsoid at a longitude and latitude in degrees.
+#[must_use]
+pub fn on_ellipsoid(place: DVec2) -> DVec3 {
+    above(normal(place.x, place.y), 0.0)
 }
 
 /// Earth-centred position, in metres, of the point `height` metres above the place whose outward unit normal is `up`.

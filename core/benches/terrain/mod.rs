@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use terrain_core::Surface;
+use terrain_core::height_field::ground::Ground;
 use terrain_core::height_field::heights::Heights;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::{Bound, Reference};
@@ -68,7 +69,7 @@ impl Terrain {
             },
             plan: PlanMap::fit(DVec2::ZERO, high, |plan| plan / UNITS, |grid| grid * UNITS),
             curvature: &self.curvature,
-            ground: DVec2::ONE,
+            ground: Ground::Plane(DVec2::ONE / UNITS),
             bound,
             finer: None,
         }

@@ -11,8 +11,9 @@
 //!     otherwise: its four parts (smaller blocks along the edge) are next
 //! ```
 
+use std::cell::RefCell;
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -21,6 +22,8 @@ use crate::height_field::chunks::Chunks;
 use crate::height_field::relief::{CHUNK, CORNERS, Chunk, NO_SURFACE};
 use crate::height_field::scan::{self, ON_A_LINE};
 
+/// Columns and rows of chunks of a level that are kept at hand.
+const KEPT: usize = 4;
 /// Level of the blocks whose samples are visited one by one: cutting them further costs as much.
 const SMALLEST: u8 = 2;
 /// Cells along the longer side of a triangle's rectangle up to which its samples are visited without a look at blocks.
@@ -78,19 +81,25 @@ impl Block {
     }
 }
 
-/// The relief under a window, whose chunks are asked for once each.
+/// The relief under a window. A few chunks of each level are kept at hand, so that what it takes does not grow with the window.
 pub struct Relief<'a> {
     chunks: &'a dyn Chunks,
     levels: Vec<Level>,
 }
 
 struct Level {
-    /// Column and row of the first chunk.
-    first: [usize; 2],
-    columns: usize,
-    known: Vec<OnceLock<Option<Arc<Chunk>>>>,
+    /// Columns and rows of chunks that are kept, each where its column and row, divided by these, leave it.
+    sides: [usize; 2],
+    kept: Vec<RefCell<Kept>>,
     /// Columns and rows of blocks that the window meets.
     blocks: [Range<usize>; 2],
+}
+
+/// A chunk at hand, if there is one.
+#[derive(Clone, Default)]
+struct Kept {
+    place: Option<[usize; 2]>,
+    chunk: Option<Arc<Chunk>>,
 }
 
 impl<'a> Relief<'a> {
@@ -103,15 +112,13 @@ impl<'a> Relief<'a> {
                 let cells = samples.start..samples.end.min(count).saturating_sub(1).max(samples.start + 1);
                 cells.start >> level..((cells.end - 1) >> level) + 1
             });
-            let spans = blocks
-                .clone()
-                .map(|range| range.start / CHUNK..(range.end - 1) / CHUNK + 1);
+            let sides = blocks.clone().map(|range| {
+                let chunks = range.start / CHUNK..(range.end - 1) / CHUNK + 1;
+                chunks.len().min(KEPT)
+            });
             Level {
-                first: spans.clone().map(|span| span.start),
-                columns: spans[0].len(),
-                known: std::iter::repeat_with(OnceLock::new)
-                    .take(spans[0].len() * spans[1].len())
-                    .collect(),
+                kept: vec![RefCell::default(); sides[0] * sides[1]],
+                sides,
                 blocks,
             }
         };
@@ -127,26 +134,42 @@ impl<'a> Relief<'a> {
         (self.levels.len() - 1) as u8
     }
 
-    /// The chunk with a block of the window.
+    /// The chunk with a block of the window; none where no sample is.
+    fn chunk(&self, level: u8, x: usize, y: usize) -> Option<Arc<Chunk>> {
+        self.with_chunk(level, x, y, Clone::clone)
+    }
+
+    /// What is read of the chunk with a block of the window; none where no sample is.
     #[inline]
-    fn chunk(&self, level: u8, x: usize, y: usize) -> Option<&Chunk> {
-        let known = &self.levels[usize::from(level)];
-        let (column, row) = (x / CHUNK, y / CHUNK);
-        let place = (row - known.first[1]) * known.columns + column - known.first[0];
-        let found = known.known[place].get_or_init(|| self.chunks.chunk(level, column, row));
-        found.as_deref()
+    fn of_chunk<R>(&self, level: u8, x: usize, y: usize, read: impl FnOnce(&Chunk) -> R) -> Option<R> {
+        self.with_chunk(level, x, y, |chunk| read(chunk))
+    }
+
+    #[inline]
+    fn with_chunk<R>(&self, level: u8, x: usize, y: usize, read: impl FnOnce(&Arc<Chunk>) -> R) -> Option<R> {
+        let Level { sides, kept, .. } = &self.levels[usize::from(level)];
+        let place = [x / CHUNK, y / CHUNK];
+        let mut kept = kept[place[1] % sides[1] * sides[0] + place[0] % sides[0]].borrow_mut();
+        if kept.place != Some(place) {
+            *kept = Kept {
+                place: Some(place),
+                chunk: self.chunks.chunk(level, place[0], place[1]),
+            };
+        }
+        kept.chunk.as_ref().map(read)
     }
 
     /// A block of the window; none where no sample is.
     #[inline]
     fn block(&self, level: u8, x: usize, y: usize) -> Option<Block> {
-        let chunk = self.chunk(level, x, y)?;
-        let residual = chunk.residual(x % CHUNK, y % CHUNK);
+        let (column, row) = (x % CHUNK, y % CHUNK);
+        let read = |chunk: &Chunk| (chunk.residual(column, row), chunk.patch(column, row));
+        let (residual, patch) = self.of_chunk(level, x, y, read)?;
         let side = f64::from(1_u32 << level);
         (residual != NO_SURFACE).then(|| Block {
             first: DVec2::new(scan::double(x), scan::double(y)) * side,
             side,
-            patch: chunk.patch(x % CHUNK, y % CHUNK),
+            patch,
             residual: residual.map(f64::from),
         })
     }
@@ -158,10 +181,9 @@ impl<'a> Relief<'a> {
         let sample = |column: usize, row: usize| {
             let (x, y) = (column.min(across.end - 1), row.min(down.end - 1));
             let place = [column - x / CHUNK * CHUNK, row - y / CHUNK * CHUNK];
-            let chunk = self
-                .chunk(level, x, y)
-                .filter(|_| column >= across.start && row >= down.start);
-            chunk.map_or(f32::NAN, |chunk| chunk.sample(place[0], place[1]))
+            let is_inside = column >= across.start && row >= down.start;
+            let sample = is_inside.then(|| self.of_chunk(level, x, y, |chunk| chunk.sample(place[0], place[1])));
+            sample.flatten().unwrap_or(f32::NAN)
         };
         rows.flat_map(|row| columns.clone().map(move |column| sample(column, row)))
             .collect()
@@ -171,8 +193,9 @@ impl<'a> Relief<'a> {
     fn cell_corners(&self, column: usize, row: usize) -> [f64; 4] {
         let [across, down] = &self.levels[0].blocks;
         let is_inside = across.contains(&column) && down.contains(&row);
-        let chunk = is_inside.then(|| self.chunk(0, column, row)).flatten();
-        chunk.map_or([f64::NAN; 4], |chunk| chunk.patch(column % CHUNK, row % CHUNK))
+        let read = |chunk: &Chunk| chunk.patch(column % CHUNK, row % CHUNK);
+        let corners = is_inside.then(|| self.of_chunk(0, column, row, read));
+        corners.flatten().unwrap_or([f64::NAN; 4])
     }
 
     /// The cell with a surface at a place, column and row, and its corners' heights, row by row; where the place is on a grid
@@ -199,8 +222,8 @@ impl<'a> Relief<'a> {
 
     /// The level to begin with for what is that many cells long.
     fn level_for(&self, cells: f64) -> u8 {
-        let side = (cells / BLOCKS_ACROSS).max(1.0);
-        (side.log2().ceil() as u8).clamp(SMALLEST, self.top().max(SMALLEST))
+        let side = (cells / BLOCKS_ACROSS).ceil().max(1.0) as u32;
+        (side.next_power_of_two().trailing_zeros() as u8).clamp(SMALLEST, self.top().max(SMALLEST))
     }
 
     /// Calls `visit` with the place and height of samples in a triangle, or up to `margin` cells beside it: all those in blocks
@@ -373,6 +396,8 @@ struct Triangle {
     high: DVec2,
     /// Inner normals, and the least product with a place.
     sides: [(DVec2, f64); 3],
+    /// 1 over the normals' columns.
+    per_column: [f64; 3],
 }
 
 impl Triangle {
@@ -384,10 +409,12 @@ impl Triangle {
             let normal = (to - from).perp().normalize_or_zero() * turn;
             (normal, normal.dot(from) - margin)
         };
+        let sides = [side(a, b), side(b, c), side(c, a)];
         Self {
             low: a.min(b).min(c) - margin,
             high: a.max(b).max(c) + margin,
-            sides: [side(a, b), side(b, c), side(c, a)],
+            per_column: sides.map(|(normal, _)| 1.0 / normal.x),
+            sides,
         }
     }
 
@@ -395,12 +422,12 @@ impl Triangle {
     #[inline]
     fn columns(&self, row: f64) -> [f64; 2] {
         let mut found = [self.low.x, self.high.x];
-        for &(normal, least) in &self.sides {
+        for (&(normal, least), per_column) in self.sides.iter().zip(self.per_column) {
             let rest = least - normal.y * row;
             if normal.x > LEVEL {
-                found[0] = found[0].max(rest / normal.x);
+                found[0] = found[0].max(rest * per_column);
             } else if normal.x < -LEVEL {
-                found[1] = found[1].min(rest / normal.x);
+                found[1] = found[1].min(rest * per_column);
             } else if rest > LEVEL * self.high.x.abs().max(self.low.x.abs()) {
                 found[1] = f64::NEG_INFINITY;
             }

@@ -188,3 +188,27 @@ fn coarse_samples_are_samples_and_voids_stay_void() {
     }
     assert!(coarse.iter().any(|height| height.is_nan()));
 }
+
+#[test]
+fn a_window_of_more_chunks_than_are_kept_is_seen_whole() {
+    let columns = (2 * KEPT + 1) * CHUNK;
+    let samples: Vec<f32> = (0..2 * columns).map(|index| index as f32).collect();
+    let chunks = ChunksInMemory::new(Heights {
+        columns,
+        rows: 2,
+        samples: &samples,
+    });
+    let relief = Relief::new(&chunks, 0..columns, 0..2);
+    assert_eq!(relief.levels[0].kept.len(), KEPT);
+    for _ in 0..2 {
+        assert_eq!(relief.samples(0, 0..columns, 0..2), samples);
+    }
+    let mut random = fastrand::Rng::with_seed(5);
+    for _ in 0..1000 {
+        let column = random.usize(..columns - 1);
+        let corners = relief.cell(DVec2::new(column as f64 + 0.5, 0.5));
+        let first = column as f64;
+        let expected = [first, first + 1.0, first + columns as f64, first + columns as f64 + 1.0];
+        assert_eq!(corners, Some(([column, 0], expected)));
+    }
+}

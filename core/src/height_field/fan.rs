@@ -10,8 +10,9 @@
 
 use glam::DVec2;
 
+use crate::height_field::flat::GridPoint;
 use crate::height_field::interval::Interval;
-use crate::height_field::reference::{GridPoint, Reference};
+use crate::height_field::reference::Reference;
 use crate::height_field::samples::Sample;
 use crate::height_field::scan::ON_A_LINE;
 
@@ -23,22 +24,29 @@ pub(crate) struct Fan {
     curvature: DVec2,
     /// (±1, 1)
     mirror: DVec2,
-    /// Outer corners; in a closed fan the first is there again at the end.
-    corners: Vec<Corner>,
+    /// One triangle after the other.
+    sectors: Vec<Sector>,
     is_closed: bool,
 }
 
-/// An outer corner, and the triangle to the next one.
+/// A triangle from the centre over two outer corners.
+#[derive(Clone, Copy, Debug)]
+struct Sector {
+    from: Corner,
+    to: Corner,
+    /// Doubled.
+    area: f64,
+    /// Found when a sample asks for it: most fans are done with at their first samples.
+    gradients: Option<Gradients>,
+}
+
+/// An outer corner.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
     offset: DVec2,
     /// Metres. A flat triangle hangs below the straight interpolation of its corners; it does not where these are dropped
     /// by the sagitta.
     height: f64,
-    /// Doubled.
-    area: f64,
-    /// Found when a sample asks for it: most fans are done with at their first samples.
-    gradients: Option<Gradients>,
 }
 
 /// How a triangle changes with the offset from the centre.
@@ -50,9 +58,17 @@ struct Gradients {
     slope: DVec2,
 }
 
+impl Sector {
+    #[inline(always)]
+    fn holds(&self, offset: DVec2) -> bool {
+        self.from.offset.perp_dot(offset) >= 0.0 && offset.perp_dot(self.to.offset) >= 0.0 && self.area > 0.0
+    }
+}
+
 impl Gradients {
-    fn new(from: &Corner, to: &Corner) -> Self {
-        let per_area = 1.0 / from.area;
+    fn new(sector: &Sector) -> Self {
+        let Sector { from, to, area, .. } = sector;
+        let per_area = 1.0 / area;
         let first = to.offset.perp() * -per_area;
         let second = from.offset.perp() * per_area;
         Self {
@@ -71,47 +87,66 @@ impl Fan {
         self.curvature = reference.curvature_at(centre.y);
         self.mirror = DVec2::new(reference.plan.handedness(), 1.0);
         self.is_closed = is_closed;
-        self.corners.clear();
+        self.sectors.clear();
         let mut is_upright = true;
+        let mut before: Option<Corner> = None;
         for point in ring.iter().chain(ring.first().filter(|_| is_closed)) {
             let offset = (point.grid - centre) * self.mirror;
-            let corner = Corner {
+            let to = Corner {
                 offset,
                 height: point.height - self.curvature.dot(offset * offset),
-                area: 0.0,
-                gradients: None,
             };
-            if let Some(before) = self.corners.last_mut() {
-                before.area = before.offset.perp_dot(offset);
-                is_upright &= before.area > 0.0;
+            if let Some(from) = before.replace(to) {
+                let area = from.offset.perp_dot(to.offset);
+                is_upright &= area > 0.0;
+                self.sectors.push(Sector {
+                    from,
+                    to,
+                    area,
+                    gradients: None,
+                });
             }
-            self.corners.push(corner);
         }
         is_upright
     }
 
     /// Constrains the centre's height by samples, those under the fan, and lets them count in the least squares; tells whether
-    /// all looked at were under it. Where no height is left the sample at fault comes first from then on: it will be at fault
+    /// all looked at were under it. Where no height is left the two samples at fault come first from then on: they will be at fault
     /// again for a centre next to this one.
     pub(crate) fn constrain(&mut self, samples: &mut [Sample], interval: &mut Interval) -> bool {
-        let mut guess = 0;
+        if self.sectors.is_empty() {
+            return samples.is_empty();
+        }
+        let (mut place, mut sector, mut gradients) = (0, self.sectors[0], self.gradients(0));
+        let (mut seen, mut limits, mut last) = (*interval, [0; 2], None);
         let mut is_whole = true;
-        for index in 0..samples.len() {
-            let offset = (samples[index].at - self.centre) * self.mirror;
-            let Some(sector) = self.sector(offset, guess) else {
-                is_whole = false;
-                continue;
-            };
-            guess = sector;
-            let Gradients { fall, slope } = self.gradients(sector);
-            let weight = 1.0 - fall.dot(offset);
-            let target = samples[index].height - self.curvature.dot(offset * offset) - slope.dot(offset);
-            interval.constrain(weight, target);
-            interval.add_square(weight, target);
-            if interval.is_empty() {
-                samples.swap(0, index);
+        for (index, sample) in samples.iter().enumerate() {
+            let offset = (sample.at - self.centre) * self.mirror;
+            if !sector.holds(offset) {
+                let Some(found) = self.sector(offset, place) else {
+                    is_whole = false;
+                    continue;
+                };
+                (place, sector, gradients) = (found, self.sectors[found], self.gradients(found));
+            }
+            let weight = 1.0 - gradients.fall.dot(offset);
+            let target = sample.height - (self.curvature * offset + gradients.slope).dot(offset);
+            let tightens = seen.constrain(weight, target);
+            seen.add_square(weight, target);
+            for (limit, tightens) in limits.iter_mut().zip(tightens) {
+                *limit = if tightens { index } else { *limit };
+            }
+            if seen.is_empty() {
+                last = Some(index);
                 break;
             }
+        }
+        *interval = seen;
+        if let Some(last) = last {
+            // The last is one of the two.
+            let other = if limits[0] == last { limits[1] } else { limits[0] };
+            samples.swap(1.min(last), other);
+            samples.swap(0, last);
         }
         is_whole
     }
@@ -122,26 +157,26 @@ impl Fan {
     }
 
     #[inline(always)]
-    fn gradients(&mut self, sector: usize) -> Gradients {
-        if let Some(known) = self.corners[sector].gradients {
-            return known;
+    fn gradients(&mut self, place: usize) -> Gradients {
+        let sector = &mut self.sectors[place];
+        match sector.gradients {
+            Some(known) => known,
+            None => *sector.gradients.insert(Gradients::new(sector)),
         }
-        let found = Gradients::new(&self.corners[sector], &self.corners[sector + 1]);
-        self.corners[sector].gradients = Some(found);
-        found
     }
 
     #[inline(always)]
     fn sector(&self, offset: DVec2, guess: usize) -> Option<usize> {
-        let count = self.corners.len() - 1;
-        let mut sector = guess;
+        let count = self.sectors.len();
+        let mut place = guess;
         for _ in 0..count {
-            if self.corners[sector].offset.perp_dot(offset) < 0.0 {
-                sector = if sector > 0 { sector } else { count } - 1;
-            } else if offset.perp_dot(self.corners[sector + 1].offset) < 0.0 {
-                sector = if sector + 1 < count { sector + 1 } else { 0 };
-            } else if self.corners[sector].area > 0.0 {
-                return Some(sector);
+            let sector = &self.sectors[place];
+            if sector.from.offset.perp_dot(offset) < 0.0 {
+                place = if place > 0 { place } else { count } - 1;
+            } else if offset.perp_dot(sector.to.offset) < 0.0 {
+                place = if place + 1 < count { place + 1 } else { 0 };
+            } else if sector.area > 0.0 {
+                return Some(place);
             } else {
                 break;
             }
@@ -154,12 +189,12 @@ impl Fan {
     #[cold]
     fn nearest_sector(&self, offset: DVec2) -> Option<usize> {
         let reach = |corner: &Corner| ON_A_LINE * corner.offset.abs().element_sum();
-        let outside = |sector: usize| {
-            let [from, to] = [&self.corners[sector], &self.corners[sector + 1]];
+        let outside = |place: usize| {
+            let Sector { from, to, .. } = &self.sectors[place];
             let [before, after] = [from.offset.perp_dot(offset), offset.perp_dot(to.offset)];
             (-before - reach(from)).max(-after - reach(to))
         };
-        let upright = (0..self.corners.len() - 1).filter(|&sector| self.corners[sector].area > 0.0);
+        let upright = (0..self.sectors.len()).filter(|&place| self.sectors[place].area > 0.0);
         let nearest = upright.min_by(|&a, &b| outside(a).total_cmp(&outside(b)))?;
         (self.is_closed || outside(nearest) <= 0.0).then_some(nearest)
     }

@@ -1,11 +1,10 @@
-//! The rules that a collapse must pass before its heights are looked at, one function each.
+//! The rules of the height field that a collapse must pass before its heights are looked at, one function each.
 
 use glam::DVec2;
 
-use crate::height_field::collapse::Edge;
-use crate::height_field::simplify::VertexKind;
+use crate::height_field::rules::VertexKind;
 use crate::height_field::surface::Surface;
-use crate::topology::half_edges::HalfEdges;
+use crate::topology::edge_collapse::Edge;
 
 /// The table of [`VertexKind`].
 pub(crate) fn kinds_allow(surface: &Surface, kinds: &[VertexKind], edge: Edge) -> bool {
@@ -19,21 +18,6 @@ pub(crate) fn kinds_allow(surface: &Surface, kinds: &[VertexKind], edge: Edge) -
         VertexKind::Outline => edge.is_on_boundary,
         VertexKind::Fixed | VertexKind::Border => false,
     }
-}
-
-/// The link condition with its boundary part (T. Dey et al., *Topology preserving edge contraction*, 1999): endpoints
-/// share no neighbour but those of the edge's own triangles, no interior edge joins two vertices of the boundary, and
-/// the last triangle stays, as does a tetrahedron.
-pub(crate) fn link_allows(connectivity: &HalfEdges, edge: Edge, around_blue: &[u32], around_red: &[u32]) -> bool {
-    let shared = around_blue.iter().filter(|vertex| around_red.contains(vertex)).count();
-    let triangles = if edge.is_on_boundary { 1 } else { 2 };
-    let are_on_boundary = [edge.blue, edge.red].map(|vertex| connectivity.is_boundary(vertex));
-    let pinches = !edge.is_on_boundary && are_on_boundary == [true; 2];
-    let is_last = match are_on_boundary {
-        [false, false] => around_blue.len() == 3 && around_red.len() == 3,
-        _ => edge.is_on_boundary && around_blue.len() == 2 && around_red.len() == 2,
-    };
-    shared == triangles && !pinches && !is_last
 }
 
 /// Whether a triangle is counter-clockwise in plan and at least `least_altitude` high.

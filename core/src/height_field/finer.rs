@@ -5,8 +5,9 @@ use std::cell::Cell as Worst;
 
 use glam::DVec2;
 
+use crate::height_field::bilinear::{Cell, Piece};
 use crate::height_field::blocks::{Block, Relief};
-use crate::height_field::reference::{Bound, Cell, Flat, GridPoint, Piece};
+use crate::height_field::flat::{Flat, GridPoint};
 
 /// Share of a tolerance that rounding may add to it.
 const ROUNDING: f64 = 1e-6;
@@ -27,6 +28,15 @@ pub struct Finer<'a> {
 pub(crate) struct SurfacePoint {
     pub(crate) at: DVec2,
     pub(crate) height: f64,
+}
+
+/// Triangles from a centre to the points of a ring, in the window.
+pub(crate) struct FinerFan<'a> {
+    pub(crate) centre: GridPoint,
+    pub(crate) ring: &'a [GridPoint],
+    /// Whether the last point is next to the first.
+    pub(crate) is_closed: bool,
+    pub(crate) curvature: DVec2,
 }
 
 impl std::fmt::Debug for Finer<'_> {
@@ -59,40 +69,48 @@ impl Finer<'_> {
         Some(Cell::new(first, corners).height(whole))
     }
 
-    /// A place under a fan where the surface is further from it than the tolerance, if there is one: the worst under one of the
-    /// triangles, or along one of the edges to the ring.
-    pub(crate) fn beyond(
-        &self,
-        fan: (GridPoint, &[GridPoint], bool),
-        curvature: DVec2,
-        bound: Bound,
-        tolerance: f64,
-    ) -> Option<SurfacePoint> {
-        let (centre, ring, is_closed) = fan;
-        let limit = tolerance * (1.0 + ROUNDING);
-        let curvature = curvature / (self.scale() * self.scale());
-        let whole = |point: GridPoint| GridPoint {
+    fn whole_point(&self, point: GridPoint) -> GridPoint {
+        GridPoint {
             grid: self.whole(point.grid),
             ..point
-        };
-        let centre = whole(centre);
-        let around = ring.iter().chain(ring.first().filter(|_| is_closed));
-        let under = ring
-            .iter()
-            .zip(around.skip(1))
-            .find_map(|(&from, &to)| self.beyond_under([centre, whole(from), whole(to)], curvature, limit));
-        let found = under.or_else(|| {
-            let mut ends = ring.iter().filter(|_| bound == Bound::Surface);
-            ends.find_map(|&end| self.beyond_along(centre, whole(end), curvature, limit))
-        });
-        found.map(|point| SurfacePoint {
+        }
+    }
+
+    /// Of a step among all samples.
+    fn curvature_of(&self, fan: &FinerFan) -> DVec2 {
+        fan.curvature / (self.scale() * self.scale())
+    }
+
+    fn place_in_window(&self, point: SurfacePoint) -> SurfacePoint {
+        SurfacePoint {
             at: self.in_window(point.at),
             ..point
-        })
+        }
+    }
+
+    /// A sample under a fan that is further from it than the tolerance, if there is one: the worst under one of the triangles.
+    pub(crate) fn beyond_under(&self, fan: &FinerFan, tolerance: f64) -> Option<SurfacePoint> {
+        let (curvature, limit) = (self.curvature_of(fan), tolerance * (1.0 + ROUNDING));
+        let centre = self.whole_point(fan.centre);
+        let around = fan.ring.iter().chain(fan.ring.first().filter(|_| fan.is_closed));
+        let found = fan.ring.iter().zip(around.skip(1)).find_map(|(&from, &to)| {
+            let corners = [centre, self.whole_point(from), self.whole_point(to)];
+            self.beyond_triangle(corners, curvature, limit)
+        });
+        found.map(|point| self.place_in_window(point))
+    }
+
+    /// The same along one of the edges from the fan's centre.
+    pub(crate) fn beyond_along(&self, fan: &FinerFan, tolerance: f64) -> Option<SurfacePoint> {
+        let (curvature, limit) = (self.curvature_of(fan), tolerance * (1.0 + ROUNDING));
+        let centre = self.whole_point(fan.centre);
+        let mut ends = fan.ring.iter();
+        let found = ends.find_map(|&end| self.beyond_edge(centre, self.whole_point(end), curvature, limit));
+        found.map(|point| self.place_in_window(point))
     }
 
     /// The sample under a triangle that is furthest from it.
-    fn beyond_under(&self, corners: [GridPoint; 3], curvature: DVec2, limit: f64) -> Option<SurfacePoint> {
+    fn beyond_triangle(&self, corners: [GridPoint; 3], curvature: DVec2, limit: f64) -> Option<SurfacePoint> {
         let flat = Flat::through(corners, curvature)?;
         let worst = Worst::new(limit);
         let mut found = None;
@@ -118,7 +136,7 @@ impl Finer<'_> {
     }
 
     /// The place along an edge that is furthest from the surface.
-    fn beyond_along(&self, a: GridPoint, b: GridPoint, curvature: DVec2, limit: f64) -> Option<SurfacePoint> {
+    fn beyond_edge(&self, a: GridPoint, b: GridPoint, curvature: DVec2, limit: f64) -> Option<SurfacePoint> {
         let direction = b.grid - a.grid;
         let hang = curvature.dot(direction * direction);
         let hanging = |t: f64| hang * t * (1.0 - t);

@@ -2,7 +2,9 @@
 
 use glam::DVec2;
 
-use crate::height_field::reference::{GridPoint, Piece, Reference};
+use crate::height_field::bilinear::Piece;
+use crate::height_field::flat::GridPoint;
+use crate::height_field::reference::Reference;
 use crate::height_field::triangulate::stepped;
 
 /// Weights below this count as none: the free vertex does not move such a point.
@@ -50,15 +52,27 @@ impl Interval {
         self.low == self.high
     }
 
-    /// `weight · height` must come within the tolerance of `target`.
+    /// `weight · height` must come within the tolerance of `target`. Tells whether that raises the lowest height allowed, and
+    /// whether it lowers the highest.
     #[inline(always)]
-    pub(crate) fn constrain(&mut self, weight: f64, target: f64) {
+    pub(crate) fn constrain(&mut self, weight: f64, target: f64) -> [bool; 2] {
         // A weight of nearly nothing leaves nothing or everything allowed, by the sign of what is left of the tolerance.
-        let height_per_unit = 1.0 / if weight > LEAST_WEIGHT { weight } else { LEAST_WEIGHT };
-        let low = (target - self.tolerance) * height_per_unit;
-        let high = (target + self.tolerance) * height_per_unit;
-        self.low = if low > self.low { low } else { self.low };
-        self.high = if high < self.high { high } else { self.high };
+        let weight = if weight > LEAST_WEIGHT { weight } else { LEAST_WEIGHT };
+        let (low, high) = (target - self.tolerance, target + self.tolerance);
+        let tightens = [low > self.low * weight, high < self.high * weight];
+        // Few points do: the others need no division.
+        if tightens[0] {
+            self.low = low / weight;
+        }
+        if tightens[1] {
+            self.high = high / weight;
+        }
+        tightens
+    }
+
+    /// Metres between the heights that the points so far ask for, where no height does for all of them.
+    pub(crate) fn gap(&self) -> f64 {
+        self.low - self.high
     }
 
     /// Lets a point count in the least squares.

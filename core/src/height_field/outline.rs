@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use crate::height_field::reference::Reference;
+use crate::height_field::ground::Ground;
 use crate::height_field::scan::ON_A_LINE;
 use crate::height_field::surface::Surface;
 
@@ -22,7 +22,30 @@ pub(crate) struct OutlineChains {
 struct Passed {
     vertex: u32,
     grid: DVec2,
+    /// On the ground, metres.
+    place: DVec3,
     is_left: bool,
+}
+
+/// How far the boundary strays from what it was along a new edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Strays {
+    /// Metres, at most.
+    pub(crate) metres: f64,
+    /// Whether it covers what it did, as the grid sees it.
+    pub(crate) is_straight: bool,
+}
+
+impl Strays {
+    /// Not at all.
+    pub(crate) const NONE: Self = Self {
+        metres: 0.0,
+        is_straight: true,
+    };
+    const IMPOSSIBLE: Self = Self {
+        metres: f64::INFINITY,
+        is_straight: false,
+    };
 }
 
 impl OutlineChains {
@@ -66,6 +89,7 @@ impl OutlineChains {
             self.passed.push(Passed {
                 vertex: at,
                 grid: surface.grid(at),
+                place: surface.reference.ground.place(surface.plan(at)),
                 is_left: true,
             });
             at = next;
@@ -84,27 +108,30 @@ impl OutlineChains {
         }
     }
 
-    /// Largest distance in metres between the boundary vertices as they were and the new edge, if the boundary vertex
-    /// `blue` collapses into `red` next to it.
-    pub(crate) fn strays(&self, reference: &Reference, blue: u32, red: u32) -> f64 {
+    /// How far the boundary vertices as they were are from the new edge, if the boundary vertex `blue` collapses into `red`
+    /// next to it.
+    pub(crate) fn strays(&self, ground: Ground, blue: u32, red: u32) -> Strays {
         let Some(&(_, place)) = self.visits.get(&blue) else {
-            return f64::INFINITY;
+            return Strays::IMPOSSIBLE;
         };
         let (before, after) = (self.left_from(place, false), self.left_from(place, true));
         let [Some(before), Some(after)] = [before, after] else {
-            return f64::INFINITY;
+            return Strays::IMPOSSIBLE;
         };
-        if self.passed[before].vertex != red && self.passed[after].vertex != red {
-            return f64::INFINITY;
+        let ends = [&self.passed[before], &self.passed[after]];
+        if ends.iter().all(|end| end.vertex != red) {
+            return Strays::IMPOSSIBLE;
         }
-        let (from, to) = (self.passed[before].grid, self.passed[after].grid);
-        let mut farthest: f64 = 0.0;
+        let mut strays = Strays::NONE;
         let mut index = self.step(before, true);
         while index != after {
-            farthest = farthest.max(distance_to_segment(reference, self.passed[index].grid, from, to));
+            let passed = &self.passed[index];
+            let metres = ground.distance(passed.place, ends.map(|end| end.place));
+            strays.metres = strays.metres.max(metres);
+            strays.is_straight &= is_on(passed.grid, ends.map(|end| end.grid));
             index = self.step(index, true);
         }
-        farthest
+        strays
     }
 
     /// The nearest place along the loop whose vertex is left.
@@ -128,17 +155,9 @@ impl OutlineChains {
     }
 }
 
-/// Metres from a point of the grid to the nearest of a segment, as long as they can be: a column is longer towards the
-/// equator.
-fn distance_to_segment(reference: &Reference, point: DVec2, from: DVec2, to: DVec2) -> f64 {
-    let ground = reference.ground_at(point.y);
-    let (along, before) = ((to - from) * ground, (point - from) * ground);
+/// Whether a point is on a segment, but for rounding.
+fn is_on(point: DVec2, [from, to]: [DVec2; 2]) -> bool {
+    let (along, before) = (to - from, point - from);
     let share = (before.dot(along) / along.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    let nearest = from.lerp(to, share);
-    if nearest.distance_squared(point) < ON_A_LINE * ON_A_LINE {
-        // On the segment: what is left is rounding.
-        return 0.0;
-    }
-    let longest = ground.max(reference.ground_at(nearest.y));
-    ((nearest - point) * longest).length()
+    before.distance_squared(along * share) < ON_A_LINE * ON_A_LINE
 }

@@ -1,10 +1,14 @@
-//! The map between a mesh's plan coordinates and a grid's, as a pair of bicubic polynomials over a rectangle: exact
-//! where the map is affine, and as close as makes no difference for a map projection over one tile.
+//! The map between a mesh's plan coordinates and a grid's, as bicubic patches over a rectangle: exact where the map is affine,
+//! and as close as makes no difference for a map projection over one tile.
 
 use glam::DVec2;
 
-/// Nodes along each axis of the rectangle.
+/// Nodes of a patch along each axis.
 const NODES: usize = 4;
+/// Nodes along each axis of the whole rectangle, at most: near a pole no number is enough.
+const MOST_NODES: usize = 49;
+/// Cells, or as much of the plan, by which patches may differ from the map between their nodes.
+const CLOSE: f64 = 1e-4;
 /// Cells or plan units by which a map may differ from an affine one and still be taken for it.
 const AFFINE: f64 = 1e-8;
 
@@ -19,16 +23,13 @@ pub struct PlanMap {
 impl PlanMap {
     /// Fits the map over the plan rectangle `low … high`, given the exact functions in both directions.
     pub fn fit(low: DVec2, high: DVec2, grid: impl Fn(DVec2) -> DVec2, plan: impl Fn(DVec2) -> DVec2) -> Self {
-        let to_grid = Bicubic::fit(low, high, grid);
-        let corners = [low, DVec2::new(high.x, low.y), DVec2::new(low.x, high.y), high].map(|p| to_grid.at(p));
-        let (grid_low, grid_high) = corners
-            .iter()
-            .fold((corners[0], corners[0]), |(low, high), &p| (low.min(p), high.max(p)));
-        let (across, down) = (corners[1] - corners[0], corners[2] - corners[0]);
+        let to_grid = Bicubic::fit(low, high, CLOSE, grid);
+        let (grid_low, grid_high) = to_grid.extent();
+        let units_in_a_cell = (high - low) / (grid_high - grid_low).max(DVec2::splat(f64::MIN_POSITIVE));
         Self {
-            handedness: across.perp_dot(down).signum(),
+            handedness: to_grid.area().signum(),
+            to_plan: Bicubic::fit(grid_low, grid_high, CLOSE * units_in_a_cell.max_element(), plan),
             to_grid,
-            to_plan: Bicubic::fit(grid_low, grid_high, plan),
         }
     }
 
@@ -56,41 +57,94 @@ impl PlanMap {
     }
 }
 
-/// Interpolates a map at 4 × 4 nodes of a rectangle.
+/// Interpolates a map between nodes of a rectangle: in each mesh of four by the sixteen around it.
 #[derive(Clone, Debug)]
 struct Bicubic {
     low: DVec2,
     step: DVec2,
-    nodes: [[DVec2; NODES]; NODES],
+    /// Nodes along each axis.
+    count: usize,
+    /// Row by row.
+    nodes: Vec<DVec2>,
     /// The same map as an origin and the images of both unit steps, where that is all there is to it.
     affine: Option<[DVec2; 3]>,
 }
 
 impl Bicubic {
-    fn fit(low: DVec2, high: DVec2, map: impl Fn(DVec2) -> DVec2) -> Self {
-        let step = (high - low).max(DVec2::splat(f64::MIN_POSITIVE)) / (NODES - 1) as f64;
-        let place = |i: usize, j: usize| low + step * DVec2::new(i as f64, j as f64);
-        let nodes = std::array::from_fn(|j| std::array::from_fn(|i| map(place(i, j))));
+    /// With as many nodes as make it that close.
+    fn fit(low: DVec2, high: DVec2, close: f64, map: impl Fn(DVec2) -> DVec2) -> Self {
+        let mut count = NODES;
+        loop {
+            let fitted = Self::through(low, high, count, &map);
+            let is_close = || fitted.differs(&map) <= close;
+            if fitted.affine.is_some() || count == MOST_NODES || is_close() {
+                return fitted;
+            }
+            count = 2 * count - 1;
+        }
+    }
+
+    fn through(low: DVec2, high: DVec2, count: usize, map: impl Fn(DVec2) -> DVec2) -> Self {
+        let step = (high - low).max(DVec2::splat(f64::MIN_POSITIVE)) / (count - 1) as f64;
         let mut fitted = Self {
             low,
             step,
-            nodes,
+            count,
+            nodes: Vec::new(),
             affine: None,
         };
+        fitted.nodes = (0..count * count).map(|node| map(fitted.place(node))).collect();
         let affine = fitted.through_corners();
         let at = |p: DVec2| affine[0] + affine[1] * p.x + affine[2] * p.y;
-        let strays = |i: usize, j: usize| (nodes[j][i] - at(place(i, j))).abs().max_element();
-        if (0..NODES * NODES).all(|node| strays(node % NODES, node / NODES) <= AFFINE) {
+        let strays = |node: usize| (fitted.nodes[node] - at(fitted.place(node))).abs().max_element();
+        if (0..fitted.nodes.len()).all(|node| strays(node) <= AFFINE) {
             fitted.affine = Some(affine);
         }
         fitted
     }
 
+    fn place(&self, node: usize) -> DVec2 {
+        self.low + self.step * DVec2::new((node % self.count) as f64, (node / self.count) as f64)
+    }
+
+    fn node(&self, across: usize, down: usize) -> DVec2 {
+        self.nodes[down * self.count + across]
+    }
+
+    /// Lowest and highest coordinates of the nodes.
+    fn extent(&self) -> (DVec2, DVec2) {
+        let nowhere = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let nodes = self.nodes.iter();
+        nodes.fold(nowhere, |(low, high), &node| (low.min(node), high.max(node)))
+    }
+
+    /// Twice the area of the image, negative where it is mirrored.
+    fn area(&self) -> f64 {
+        let last = self.count - 1;
+        let meshes = (0..last * last).map(|mesh| {
+            let (across, down) = (mesh % last, mesh / last);
+            let diagonal = self.node(across + 1, down + 1) - self.node(across, down);
+            diagonal.perp_dot(self.node(across, down + 1) - self.node(across + 1, down))
+        });
+        meshes.sum()
+    }
+
+    /// Largest difference from the map in the middle between four nodes.
+    fn differs(&self, map: impl Fn(DVec2) -> DVec2) -> f64 {
+        let inside = (0..self.nodes.len()).filter(|node| node % self.count + 1 < self.count);
+        let middles = inside
+            .take((self.count - 1) * (self.count - 1))
+            .map(|node| self.place(node) + self.step / 2.0);
+        let difference = |at: DVec2| (self.between_nodes(at) - map(at)).abs().max_element();
+        middles.map(difference).fold(0.0, f64::max)
+    }
+
     fn through_corners(&self) -> [DVec2; 3] {
-        let last = NODES - 1;
-        let across = (self.nodes[0][last] - self.nodes[0][0]) / (self.step.x * last as f64);
-        let down = (self.nodes[last][0] - self.nodes[0][0]) / (self.step.y * last as f64);
-        [self.nodes[0][0] - across * self.low.x - down * self.low.y, across, down]
+        let last = self.count - 1;
+        let first = self.node(0, 0);
+        let across = (self.node(last, 0) - first) / (self.step.x * last as f64);
+        let down = (self.node(0, last) - first) / (self.step.y * last as f64);
+        [first - across * self.low.x - down * self.low.y, across, down]
     }
 
     #[inline]
@@ -103,9 +157,16 @@ impl Bicubic {
 
     fn between_nodes(&self, point: DVec2) -> DVec2 {
         let place = (point - self.low) / self.step;
-        let (across, down) = (lagrange(place.x), lagrange(place.y));
+        let [first_across, first_down] =
+            [place.x, place.y].map(|at| (at.max(1.0) as usize - 1).min(self.count - NODES));
+        let (across, down) = (
+            lagrange(place.x - first_across as f64),
+            lagrange(place.y - first_down as f64),
+        );
         let mut sum = DVec2::ZERO;
-        for (row, weight) in self.nodes.iter().zip(down) {
+        for (row, weight) in down.into_iter().enumerate() {
+            let first = (first_down + row) * self.count + first_across;
+            let row = &self.nodes[first..first + NODES];
             sum += weight * (row[0] * across[0] + row[1] * across[1] + row[2] * across[2] + row[3] * across[3]);
         }
         sum
@@ -117,3 +178,7 @@ fn lagrange(x: f64) -> [f64; NODES] {
     let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
     [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0]
 }
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

@@ -12,15 +12,15 @@
 
 use glam::DVec2;
 
+use crate::height_field::bilinear::{Cell, Piece};
 use crate::height_field::finer::Finer;
+use crate::height_field::flat::Flat;
+use crate::height_field::ground::Ground;
 use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::scan::{self, ON_A_LINE};
 
-/// Mean radius of the Earth, metres: what curvatures are of.
-pub const EARTH_RADIUS: f64 = 6_371_000.0;
-/// How much longer a step may be elsewhere in its row.
-const ALONG_A_ROW: f64 = 1.01;
+pub use crate::height_field::flat::GridPoint;
 
 /// Where the promised bound holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,21 +40,12 @@ pub struct Reference<'a> {
     pub plan: PlanMap,
     /// `kx` and `ky` of each row: squared ground metres of a step over twice the Earth's radius; 0 on a plane.
     pub curvature: &'a [DVec2],
-    /// Ground metres of a column and of a row step, for distances in plan.
-    pub ground: DVec2,
+    /// Where the mesh lies on the ground, for distances in plan.
+    pub ground: Ground<'a>,
     /// Where the bound is to hold.
     pub bound: Bound,
     /// What lies between the samples, where these are not all there are.
     pub finer: Option<Finer<'a>>,
-}
-
-/// A mesh vertex over the grid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GridPoint {
-    /// Column and row.
-    pub grid: DVec2,
-    /// Metres.
-    pub height: f64,
 }
 
 /// The largest difference found so far, and where.
@@ -89,115 +80,10 @@ impl Deviation {
     }
 }
 
-/// A triangle that is flat in space, on the grid.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Flat {
-    origin: GridPoint,
-    slope: DVec2,
-    curvature: DVec2,
-}
-
-impl Flat {
-    /// None where the corners are on one line.
-    pub(crate) fn through([a, b, c]: [GridPoint; 3], curvature: DVec2) -> Option<Self> {
-        let (to_b, to_c) = (b.grid - a.grid, c.grid - a.grid);
-        let area = to_b.perp_dot(to_c);
-        let rise_to = |to: DVec2, height: f64| height - a.height - curvature.dot(to * to);
-        let (rise_b, rise_c) = (rise_to(to_b, b.height), rise_to(to_c, c.height));
-        (area != 0.0).then(|| Self {
-            origin: a,
-            slope: (rise_b * -to_c.perp() + rise_c * to_b.perp()) / area,
-            curvature,
-        })
-    }
-
-    #[inline]
-    pub(crate) fn height(&self, at: DVec2) -> f64 {
-        let offset = at - self.origin.grid;
-        self.origin.height + (self.slope + self.curvature * offset).dot(offset)
-    }
-}
-
-/// A part of an edge `a → b` inside one valid cell. Where the edge meets the surface at the parameter
-/// `start + s · (end − start)`, the straight line between its ends' heights has the height
-/// `first + s · (last − first) − bend · s · (1 − s)`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
-    pub(crate) start: f64,
-    pub(crate) end: f64,
-    pub(crate) first: f64,
-    pub(crate) last: f64,
-    pub(crate) bend: f64,
-}
-
-impl Piece {
-    /// Differences from an edge between two heights at both ends, and at the summit in between if there is one.
-    fn differences(&self, a: f64, b: f64) -> [f64; 3] {
-        let first = self.first - (a + self.start * (b - a));
-        let last = self.last - (a + self.end * (b - a));
-        let rise = last - first;
-        let summit = if rise.abs() < self.bend.abs() {
-            (first + last) / 2.0 - self.bend / 4.0 - rise * rise / (4.0 * self.bend)
-        } else {
-            first
-        };
-        [first, summit, last]
-    }
-
-    /// Largest difference from an edge between two heights.
-    pub(crate) fn deviation(&self, a: f64, b: f64) -> f64 {
-        let [first, summit, last] = self.differences(a, b).map(f64::abs);
-        first.max(summit).max(last)
-    }
-
-    /// Where the piece differs most from an edge between two heights, away from its ends, and the surface there.
-    pub(crate) fn summit_from(&self, a: f64, b: f64) -> (f64, f64) {
-        let [first, _, last] = self.differences(a, b);
-        let t = self.summit(first, last);
-        let share = (t - self.start) / (self.end - self.start);
-        (
-            t,
-            self.first + share * (self.last - self.first) - self.bend * share * (1.0 - share),
-        )
-    }
-
-    /// The surface at the middle of the piece.
-    pub(crate) fn middle(&self) -> f64 {
-        (self.first + self.last) / 2.0 - self.bend / 4.0
-    }
-
-    /// Where the piece differs most from an edge between two heights: the parameter, and the difference.
-    pub(crate) fn worst(&self, a: f64, b: f64) -> (f64, f64) {
-        let [first, summit, last] = self.differences(a, b);
-        let places = [
-            (self.start, first),
-            (self.end, last),
-            (self.summit(first, last), summit),
-        ];
-        let larger = |a: (f64, f64), b: (f64, f64)| if b.1.abs() > a.1.abs() { b } else { a };
-        places.into_iter().fold((self.start, 0.0), larger)
-    }
-
-    fn summit(&self, first: f64, last: f64) -> f64 {
-        let share = 0.5 - (last - first) / (2.0 * self.bend);
-        self.start + share * (self.end - self.start)
-    }
-}
-
 impl Reference<'_> {
     /// `kx` and `ky` at a row.
     pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
         self.curvature[(row.max(0.0) as usize).min(self.heights.rows - 1)]
-    }
-
-    /// Ground metres of a column and of a row step at a row, not less than anywhere along it.
-    pub(crate) fn ground_at(&self, row: f64) -> DVec2 {
-        let curvature = self.curvature_at(row).max(self.curvature_at(row + 1.0));
-        if curvature == DVec2::ZERO {
-            return self.ground;
-        }
-        let squared = curvature * (2.0 * EARTH_RADIUS);
-        ALONG_A_ROW * DVec2::new(squared.x.sqrt(), squared.y.sqrt())
     }
 
     /// Largest difference between the triangle and the samples that it covers.
@@ -299,7 +185,7 @@ impl Reference<'_> {
         let index = |coordinate: f64, count: usize| (coordinate.max(0.0) as usize).min(count.saturating_sub(2));
         let (column, row) = (index(point.x, self.heights.columns), index(point.y, self.heights.rows));
         let cell = Cell::new([column, row], self.heights.corners(column, row));
-        if !cell.twist.is_nan() {
+        if cell.is_valid() {
             return Some(cell);
         }
         let before = |coordinate: f64, index: usize| {
@@ -311,37 +197,7 @@ impl Reference<'_> {
         };
         let beside = [before(point.x, column), before(point.y, row)];
         let neighbour = Cell::new(beside, self.heights.corners(beside[0], beside[1]));
-        (!neighbour.twist.is_nan()).then_some(neighbour)
-    }
-}
-
-/// The bilinear form of a cell; its twist is NaN where a corner is void.
-pub(crate) struct Cell {
-    first: DVec2,
-    height: f64,
-    slope: DVec2,
-    twist: f64,
-}
-
-impl Cell {
-    /// Of the heights at its corners, row by row.
-    pub(crate) fn new([column, row]: [usize; 2], [h00, h10, h01, h11]: [f64; 4]) -> Self {
-        Self {
-            first: DVec2::new(column as f64, row as f64),
-            height: h00,
-            slope: DVec2::new(h10 - h00, h01 - h00),
-            twist: h00 - h10 - h01 + h11,
-        }
-    }
-
-    pub(crate) fn height(&self, at: DVec2) -> f64 {
-        let inside = at - self.first;
-        self.height + self.slope.dot(inside) + self.twist * inside.x * inside.y
-    }
-
-    /// Of a step in the cell: 4 × the height in its middle below the mean of those at both ends.
-    pub(crate) fn bend(&self, step: DVec2) -> f64 {
-        self.twist * step.x * step.y
+        neighbour.is_valid().then_some(neighbour)
     }
 }
 

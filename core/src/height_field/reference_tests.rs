@@ -12,7 +12,7 @@ pub(crate) fn flat_earth<'a>(columns: usize, heights: &'a [f32], curvature: &'a 
         },
         plan: PlanMap::fit(DVec2::ZERO, high, |p| p, |p| p),
         curvature,
-        ground: DVec2::ONE,
+        ground: Ground::Plane(DVec2::ONE),
         bound: Bound::Surface,
         finer: None,
     }

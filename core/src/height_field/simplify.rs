@@ -19,137 +19,37 @@
 
 use glam::DVec3;
 
-use crate::height_field::collapse::{Edge, Ring, Scratch};
+use crate::height_field::attempts::Attempts;
+use crate::height_field::evaluator::Evaluator;
 use crate::height_field::filters;
-use crate::height_field::outline::OutlineChains;
-use crate::height_field::samples::SampleLists;
+use crate::height_field::sampled_surface::{Chosen, SampledSurface};
 use crate::height_field::surface::Surface;
-use crate::levels::collapse_log::{Band, CollapseLog};
+use crate::levels::collapse_log::{Band, Collapse, CollapseLog};
+use crate::topology::edge_collapse::Edge;
 
-/// What a vertex may do in a collapse.
-///
-/// | kind | as blue, into | as red | reason |
-/// | --- | --- | --- | --- |
-/// | `Free` | any but `Border` | yes, height free, place free if blue is `Free` | |
-/// | `OnColumn`, `OnRow` | same line | yes, height free | the strip along a tile's side stays straight |
-/// | `Outline` | along the outline | yes, height free | the hole keeps its shape within the tolerance |
-/// | `Fixed` | no | yes | corners |
-/// | `Border` | only by [`Simplifier::collapse_border`] | no | shared with other tiles |
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VertexKind {
-    /// Inside the surface.
-    Free,
-    /// On a line of constant x.
-    OnColumn,
-    /// On a line of constant y.
-    OnRow,
-    /// On the edge of the surface.
-    Outline,
-    /// Stays where it is.
-    Fixed,
-    /// On a tile's side.
-    Border,
-}
-
-impl VertexKind {
-    pub(crate) fn keeps_height(self) -> bool {
-        matches!(self, Self::Fixed | Self::Border)
-    }
-}
-
-/// What a band allows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Allowance {
-    /// Metres that the surface may stray vertically.
-    pub vertical: f64,
-    /// Metres that the outline may stray from that of the mesh the simplifier began with, in plan view.
-    pub outline: f64,
-}
-
-/// What holds for all bands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shape {
-    /// Heights are multiples of this, metres; 0 leaves them free.
-    pub height_step: f64,
-    /// No edit makes a triangle of a smaller altitude than this, in plan units.
-    pub least_altitude: f64,
-}
-
-/// How much work goes into few triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quality {
-    /// Collapses keep the red vertex where it is; three neighbours of each vertex are tried, once.
-    Fast,
-    /// The red vertex may go to the middle of the edge; four neighbours are tried, again wherever something changed.
-    Default,
-    /// All neighbours, more places; edge swaps and vertex moves where no log is kept.
-    Best,
-}
-
-impl Quality {
-    /// Where on the edge the red vertex is tried, as shares of the way from its own place to the blue vertex's.
-    pub(crate) fn places(self) -> &'static [f64] {
-        match self {
-            Self::Fast => &[0.0],
-            Self::Default => &[0.0, 0.5],
-            Self::Best => &[0.0, 0.5, 0.25],
-        }
-    }
-
-    /// Into how many of its neighbours, the nearest first, a vertex is tried to collapse.
-    fn neighbours(self) -> usize {
-        match self {
-            Self::Fast => 3,
-            Self::Default => 4,
-            Self::Best => usize::MAX,
-        }
-    }
-}
+pub use crate::height_field::rules::{Allowance, Quality, Shape, VertexKind};
 
 /// A mesh while it is simplified.
 pub struct Simplifier<'a> {
-    pub(crate) surface: Surface<'a>,
-    pub(crate) samples: SampleLists,
-    pub(crate) shape: Shape,
-    pub(crate) quality: Quality,
-    pub(crate) kinds: Vec<VertexKind>,
-    pub(crate) worth_a_try: Vec<bool>,
-    pub(crate) outline: OutlineChains,
-    pub(crate) outline_strayed: f64,
-    pub(crate) log: CollapseLog,
-    /// The round in which each vertex was last a red one.
-    pub(crate) touched: Vec<u32>,
-    pub(crate) round: u32,
-    pub(crate) scratch: Scratch,
+    pub(crate) sampled: SampledSurface<'a>,
+    pub(crate) evaluator: Evaluator,
+    pub(crate) attempts: Attempts,
+    /// Neighbours of the vertex that is tried: squared distance, number, place around it.
+    nearest_first: Vec<(f64, u32, usize)>,
+    log: CollapseLog,
 }
 
 impl<'a> Simplifier<'a> {
     /// Begins with `surface`. `kinds` tells what each vertex may do; vertices of the outline that are
     /// [`VertexKind::Free`] become [`VertexKind::Outline`], and [`VertexKind::Border`] where the outline touches itself.
     #[must_use]
-    pub fn new(surface: Surface<'a>, mut kinds: Vec<VertexKind>, shape: Shape, quality: Quality) -> Self {
-        let outline = OutlineChains::new(&surface);
-        for (kind, vertex) in kinds.iter_mut().zip(0..) {
-            match outline.visits(vertex) {
-                0 => {}
-                1 if *kind == VertexKind::Free => *kind = VertexKind::Outline,
-                1 => {}
-                _ => *kind = VertexKind::Border,
-            }
-        }
+    pub fn new(surface: Surface<'a>, kinds: Vec<VertexKind>, shape: Shape, quality: Quality) -> Self {
         Self {
-            samples: SampleLists::new(&surface),
-            touched: vec![0; kinds.len()],
-            worth_a_try: vec![false; kinds.len()],
-            surface,
-            shape,
-            quality,
-            kinds,
-            outline,
-            outline_strayed: 0.0,
+            attempts: Attempts::new(kinds.len()),
+            sampled: SampledSurface::new(surface, kinds),
+            evaluator: Evaluator::new(shape, quality),
+            nearest_first: Vec::new(),
             log: CollapseLog::default(),
-            round: 0,
-            scratch: Scratch::default(),
         }
     }
 
@@ -173,42 +73,42 @@ impl<'a> Simplifier<'a> {
     /// whether it could.
     pub fn collapse_border(&mut self, blue: u32, red: u32, tolerance: f64) -> bool {
         // A vertex where the outline touches itself has triangles that a walk around it does not see.
-        if [blue, red].into_iter().any(|vertex| self.outline.visits(vertex) > 1) {
+        if [blue, red]
+            .into_iter()
+            .any(|vertex| self.sampled.outline.visits(vertex) > 1)
+        {
             return false;
         }
-        self.round += 1;
-        let mut scratch = std::mem::take(&mut self.scratch);
-        scratch.around_blue.surround(&self.surface, blue);
-        scratch.clear_samples();
-        self.gather_around(blue, &mut scratch.samples);
+        self.attempts.begin_round();
+        self.evaluator.around_blue.surround(&self.sampled.surface, blue);
+        self.evaluator.gather(&self.sampled, blue);
+        let around = &self.evaluator.around_blue.vertices;
+        let Some(index) = around.iter().position(|&vertex| vertex == red) else {
+            return false;
+        };
         let allowance = Allowance {
             vertical: tolerance,
             outline: 0.0,
         };
-        let shape = Shape {
-            least_altitude: 0.0,
-            ..self.shape
-        };
-        let place = scratch.around_blue.vertices.iter().position(|&vertex| vertex == red);
-        let chosen =
-            place.and_then(|place| self.checked(self.edge(blue, red, place, &scratch), shape, allowance, &mut scratch));
+        let least_altitude = std::mem::replace(&mut self.evaluator.shape.least_altitude, 0.0);
+        let chosen = self.checked(blue, index, allowance);
+        self.evaluator.shape.least_altitude = least_altitude;
         if let Some(chosen) = &chosen {
-            self.perform(blue, chosen, true, &mut scratch);
+            self.perform(blue, chosen, true);
         }
-        self.scratch = scratch;
         chosen.is_some()
     }
 
     /// How far, in metres, the outline strays by now from that of the mesh the simplifier began with.
     #[must_use]
     pub fn outline_strayed(&self) -> f64 {
-        self.outline_strayed
+        self.sampled.outline_strayed
     }
 
     /// Position of a vertex.
     #[must_use]
     pub fn position(&self, vertex: u32) -> DVec3 {
-        self.surface.position(vertex)
+        self.sampled.surface.position(vertex)
     }
 
     /// The log of all collapses so far.
@@ -220,97 +120,108 @@ impl<'a> Simplifier<'a> {
     /// Rounds so far: each is at most one level of the Surface Partition.
     #[must_use]
     pub fn rounds(&self) -> u32 {
-        self.round
+        self.attempts.rounds()
     }
 
     /// The surface as it is now.
     #[must_use]
     pub fn surface(&self) -> &Surface<'a> {
-        &self.surface
+        &self.sampled.surface
     }
 
     /// The surface as it is now, for good.
     #[must_use]
     pub fn into_surface(self) -> Surface<'a> {
-        self.surface
+        self.sampled.surface
     }
 
     pub(crate) fn try_all(&mut self) {
-        for vertex in 0..self.kinds.len() as u32 {
+        for vertex in 0..self.sampled.kinds.len() as u32 {
             self.try_again(vertex);
         }
     }
 
     pub(crate) fn try_again(&mut self, vertex: u32) {
-        self.worth_a_try[vertex as usize] = self.kinds[vertex as usize] != VertexKind::Border;
+        let is_border = self.sampled.kinds[vertex as usize] == VertexKind::Border;
+        self.attempts.set_worth_it(vertex, !is_border);
     }
 
     /// Tries every vertex that is worth it and tells how many were collapsed. Only an independent set, if that is asked
     /// for, and then also recorded.
     pub(crate) fn round(&mut self, allowance: Allowance, is_recorded: bool) -> usize {
-        self.round += 1;
-        let mut scratch = std::mem::take(&mut self.scratch);
+        self.attempts.begin_round();
         let mut count = 0;
-        for vertex in 0..self.kinds.len() as u32 {
-            if self.worth_a_try[vertex as usize] && self.surface.connectivity.is_live(vertex) {
-                count += usize::from(self.try_vertex(vertex, allowance, is_recorded, &mut scratch));
+        for vertex in 0..self.sampled.kinds.len() as u32 {
+            if self.attempts.is_worth_it(vertex) && self.sampled.surface.connectivity.is_live(vertex) {
+                count += usize::from(self.try_vertex(vertex, allowance, is_recorded));
             }
         }
-        self.scratch = scratch;
         count
     }
 
-    pub(crate) fn is_touched(&self, vertex: u32) -> bool {
-        self.touched[vertex as usize] == self.round
-    }
-
-    fn try_vertex(&mut self, blue: u32, allowance: Allowance, is_recorded: bool, scratch: &mut Scratch) -> bool {
-        scratch.around_blue.surround(&self.surface, blue);
-        let around_blue = &scratch.around_blue.vertices;
-        if self.is_touched(blue) || around_blue.iter().any(|&vertex| self.is_touched(vertex)) {
+    fn try_vertex(&mut self, blue: u32, allowance: Allowance, is_recorded: bool) -> bool {
+        self.evaluator.around_blue.surround(&self.sampled.surface, blue);
+        let around_blue = &self.evaluator.around_blue.vertices;
+        if self.attempts.is_any_touched(&[blue]) || self.attempts.is_any_touched(around_blue) {
             return false;
         }
-        self.worth_a_try[blue as usize] = false;
-        scratch.clear_samples();
-        self.gather_around(blue, &mut scratch.samples);
-        let mut nearest_first = std::mem::take(&mut scratch.nearest_first);
-        self.sort_by_distance(blue, &scratch.around_blue, &mut nearest_first);
-        nearest_first.truncate(self.quality.neighbours());
-        let chosen = nearest_first.iter().find_map(|&(_, red, index)| {
-            let edge = self.edge(blue, red, index, scratch);
-            let is_allowed = filters::kinds_allow(&self.surface, &self.kinds, edge);
-            is_allowed
-                .then(|| self.checked(edge, self.shape, allowance, scratch))
-                .flatten()
-        });
-        scratch.nearest_first = nearest_first;
+        self.attempts.set_worth_it(blue, false);
+        self.evaluator.gather(&self.sampled, blue);
+        self.sort_neighbours(blue);
+        let count = self.nearest_first.len().min(self.evaluator.quality.neighbours());
+        let chosen = (0..count).find_map(|number| self.checked(blue, self.nearest_first[number].2, allowance));
         let Some(chosen) = chosen else { return false };
-        self.perform(blue, &chosen, is_recorded, scratch);
-        self.touched[chosen.red as usize] = if is_recorded { self.round } else { 0 };
-        for &vertex in scratch.ring.vertices.iter().chain([&chosen.red]) {
-            self.try_again(vertex);
+        self.perform(blue, &chosen, is_recorded);
+        if is_recorded {
+            self.attempts.touch(chosen.red);
         }
+        for place in 0..self.sampled.ring.vertices.len() {
+            self.try_again(self.sampled.ring.vertices[place]);
+        }
+        self.try_again(chosen.red);
         true
     }
 
-    fn sort_by_distance(&self, centre: u32, around: &Ring, sorted: &mut Vec<(f64, u32, usize)>) {
-        let at = self.surface.plan(centre);
-        let distances = around.plan.iter().map(|plan| plan.distance_squared(at));
-        let numbered = distances.zip(&around.vertices).enumerate();
-        sorted.clear();
-        sorted.extend(numbered.map(|(index, (distance, &vertex))| (distance, vertex, index)));
-        sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    /// Passes the collapse of a vertex into a neighbour, numbered around it, through all filters.
+    fn checked(&mut self, blue: u32, index: usize, allowance: Allowance) -> Option<Chosen> {
+        let Self {
+            sampled,
+            evaluator,
+            attempts,
+            ..
+        } = self;
+        let surface = &sampled.surface;
+        let edge = Edge::new(&surface.connectivity, blue, &evaluator.around_blue.vertices, index);
+        let is_of_side = sampled.kinds[blue as usize] == VertexKind::Border;
+        if !is_of_side && !filters::kinds_allow(surface, &sampled.kinds, edge) {
+            return None;
+        }
+        evaluator.checked(sampled, attempts, edge, allowance)
     }
 
-    fn edge(&self, blue: u32, red: u32, index: usize, scratch: &Scratch) -> Edge {
-        let is_on_boundary = self.surface.connectivity.is_boundary(blue)
-            && (index == 0 || index + 1 == scratch.around_blue.vertices.len());
-        Edge {
-            blue,
-            red,
-            index,
-            is_on_boundary,
+    fn perform(&mut self, blue: u32, chosen: &Chosen, is_recorded: bool) {
+        let Chosen { red, place, .. } = chosen;
+        if is_recorded {
+            self.log.collapses.push(Collapse {
+                blue,
+                red: *red,
+                red_before: self.sampled.surface.position(*red),
+                red_after: place.plan.extend(place.point.height),
+            });
         }
+        self.sampled.collapse(blue, chosen, &mut self.evaluator.gathered);
+    }
+
+    fn sort_neighbours(&mut self, centre: u32) {
+        let at = self.sampled.surface.plan(centre);
+        let around = &self.evaluator.around_blue;
+        let distances = around.plan.iter().map(|plan| plan.distance_squared(at));
+        let numbered = distances.zip(&around.vertices).enumerate();
+        self.nearest_first.clear();
+        self.nearest_first
+            .extend(numbered.map(|(index, (distance, &vertex))| (distance, vertex, index)));
+        self.nearest_first
+            .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 }
 

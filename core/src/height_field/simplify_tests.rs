@@ -3,7 +3,8 @@
 use glam::DVec2;
 
 use super::*;
-use crate::height_field::collapse::SPIKE;
+use crate::height_field::evaluator::SPIKE;
+use crate::height_field::ground::Ground;
 use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::reference::{Bound, Reference};
@@ -40,7 +41,7 @@ fn reference<'a>(heights: &'a [f32], curvature: &'a [DVec2], bound: Bound) -> Re
         },
         plan,
         curvature,
-        ground: DVec2::splat(30.0),
+        ground: Ground::Plane(DVec2::splat(30.0 / SCALE)),
         bound,
         finer: None,
     }
@@ -175,10 +176,10 @@ fn every_sample_stays_under_the_triangle_whose_list_it_is_in() {
         outline: 0.0,
     });
     let mut seen = 0;
-    for (triangle, corners) in simplifier.surface.triangles() {
-        let corners = corners.map(|corner| simplifier.surface.point(corner).grid);
+    for (triangle, corners) in simplifier.sampled.surface.triangles() {
+        let corners = corners.map(|corner| simplifier.sampled.surface.point(corner).grid);
         let mut found = Vec::new();
-        simplifier.samples.gather(&reference, triangle, &mut found);
+        simplifier.sampled.samples.gather(&reference, triangle, &mut found);
         for sample in &found {
             let side = |i: usize| (corners[(i + 1) % 3] - corners[i]).perp_dot(sample.at - corners[i]);
             assert!((0..3).all(|i| side(i) >= -1e-9), "{sample:?} is outside {corners:?}");
@@ -198,11 +199,11 @@ fn no_vertex_stands_out_of_the_surface_where_the_bound_is_at_samples() {
         outline: 0.0,
     });
     let off = |vertex: &u32| {
-        let point = simplifier.surface.point(*vertex);
+        let point = simplifier.sampled.surface.point(*vertex);
         (point.height - reference.heights.height_near(point.grid).unwrap()).abs()
     };
-    let worst = (0..simplifier.kinds.len() as u32)
-        .filter(|&vertex| simplifier.surface.connectivity.is_live(vertex))
+    let worst = (0..simplifier.sampled.kinds.len() as u32)
+        .filter(|&vertex| simplifier.sampled.surface.connectivity.is_live(vertex))
         .max_by(|a, b| off(a).total_cmp(&off(b)))
         .unwrap();
     // Heights are multiples of an eighth of a metre.
@@ -210,7 +211,7 @@ fn no_vertex_stands_out_of_the_surface_where_the_bound_is_at_samples() {
         off(&worst) <= SPIKE + 0.125,
         "{} m at {:?}",
         off(&worst),
-        simplifier.surface.point(worst)
+        simplifier.sampled.surface.point(worst)
     );
     assert!(off(&worst) > 1.0, "vertices use their freedom");
 }
@@ -255,9 +256,9 @@ fn vertices_of_a_round_do_not_meet_so_levels_stay_few() {
     });
     let levels = highest_level(&fine, simplifier.log());
     assert!(
-        levels < simplifier.round && simplifier.round < 40,
+        levels < simplifier.rounds() && simplifier.rounds() < 40,
         "{levels} levels of {} rounds",
-        simplifier.round
+        simplifier.rounds()
     );
     assert!(
         simplifier.log().collapses.len() > 300,
@@ -285,40 +286,6 @@ fn highest_level(mesh: &Mesh, log: &CollapseLog) -> u32 {
             .for_each(|corner| *corner = collapse.red);
     }
     levels.into_iter().max().unwrap()
-}
-
-/// Whether the link condition lets `blue` collapse into `red`.
-fn link_allows(triangles: Vec<[u32; 3]>, blue: u32, red: u32) -> bool {
-    let connectivity = crate::topology::half_edges::HalfEdges::new(6, triangles);
-    let (mut around_blue, mut around_red) = (Vec::new(), Vec::new());
-    connectivity.ring(blue, &mut around_blue);
-    connectivity.ring(red, &mut around_red);
-    let index = around_blue.iter().position(|&vertex| vertex == red).unwrap();
-    let is_on_boundary = connectivity.is_boundary(blue) && (index == 0 || index + 1 == around_blue.len());
-    let edge = Edge {
-        blue,
-        red,
-        index,
-        is_on_boundary,
-    };
-    filters::link_allows(&connectivity, edge, &around_blue, &around_red)
-}
-
-#[test]
-fn collapses_that_would_tear_or_fold_the_surface_are_refused() {
-    let strip = vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]];
-    assert!(link_allows(strip.clone(), 1, 0), "along the boundary");
-    assert!(
-        !link_allows(strip, 1, 4),
-        "across the strip: both ends are on the boundary, the edge is not"
-    );
-    let fan = vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    assert!(
-        !link_allows(fan.clone(), 0, 1),
-        "vertex 2 is next to both without a triangle between the three"
-    );
-    assert!(link_allows(fan, 3, 0), "the middle may go");
-    assert!(!link_allows(vec![[0, 1, 2]], 0, 1), "the last triangle stays");
 }
 
 #[test]

@@ -33,12 +33,11 @@ use self::quadric::Quadric;
 use self::queue::{Queue, Rung};
 use self::samples::SampleLists;
 use self::star::Star;
-use crate::height_field::collapse::Edge;
-use crate::height_field::filters;
 use crate::levels::collapse_log::{Band, Collapse, CollapseLog};
 use crate::mesh::Mesh;
 use crate::space::hausdorff::SurfaceTree;
 use crate::topology::connectivity::Connectivity;
+use crate::topology::edge_collapse::{Edge, link_allows};
 use crate::topology::half_edges::{HalfEdges, edges_of};
 use crate::topology::manifold::{self, ManifoldError};
 
@@ -258,21 +257,10 @@ impl ModelSimplifier {
             ..
         } = scratch;
         let on_boundary = self.connectivity.is_boundary(blue);
-        let last = around_blue.len() - 1;
+        let edges = (0..around_blue.len()).map(|index| Edge::new(&self.connectivity, blue, around_blue, index));
+        let along = edges.filter(|edge| edge.is_on_boundary || !on_boundary);
         candidates.clear();
-        for (index, &red) in around_blue.iter().enumerate() {
-            let is_on_boundary = on_boundary && (index == 0 || index == last);
-            if on_boundary && !is_on_boundary {
-                continue;
-            }
-            let edge = Edge {
-                blue,
-                red,
-                index,
-                is_on_boundary,
-            };
-            candidates.push(self.candidate(edge, attempt));
-        }
+        candidates.extend(along.map(|edge| self.candidate(edge, attempt)));
         candidates.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.edge.red.cmp(&b.edge.red)));
     }
 
@@ -309,7 +297,7 @@ impl ModelSimplifier {
         }
         let edge = candidate.edge;
         self.connectivity.ring(edge.red, &mut scratch.around_red);
-        if !filters::link_allows(&self.connectivity, edge, &scratch.around_blue, &scratch.around_red) {
+        if !link_allows(&self.connectivity, edge, &scratch.around_blue, &scratch.around_red) {
             return Err(f64::INFINITY);
         }
         let star = &mut scratch.star;

@@ -11,6 +11,8 @@ const AT_A_POLE: f64 = 1e-9;
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     pub(super) space: DVec3,
+    /// The ellipsoid's normal.
+    pub(super) up: DVec3,
     pub(super) longitude: f64,
     pub(super) height: f64,
     pub(super) grid: DVec2,
@@ -21,6 +23,7 @@ impl Place {
     pub(super) fn of(geodetic: Geodetic, georeference: &GeoReference) -> Self {
         Self {
             space: ellipsoid::to_earth_centred(geodetic),
+            up: ellipsoid::normal(geodetic.longitude, geodetic.latitude),
             longitude: geodetic.longitude,
             height: geodetic.height,
             grid: georeference.grid(DVec2::new(geodetic.longitude, geodetic.latitude)),

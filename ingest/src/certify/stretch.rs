@@ -17,7 +17,7 @@ const THIN: f64 = 0.25;
 /// Cells that rounding may add to that.
 const ROUNDING: f64 = 1e-6;
 /// Halvings of an edge, at most: near a pole no parabola is close to it.
-const HALVINGS: u32 = 12;
+const HALVINGS: u32 = 24;
 /// What terms beyond the second order may add to the summit of a difference inside a block, as a share.
 const HIGHER_ORDER: f64 = 2.0;
 
@@ -49,7 +49,7 @@ pub(super) fn bulge(stretches: &[Stretch]) -> f64 {
 impl Stretch {
     /// A whole edge. At a pole it runs along the other end's meridian.
     pub(super) fn all(georeference: &GeoReference, a: Place, b: Place) -> Vec<Self> {
-        if a.space == b.space {
+        if a.space == b.space || a.is_pole && b.is_pole {
             return Vec::new();
         }
         let longitude = if a.is_pole { b.longitude } else { a.longitude };

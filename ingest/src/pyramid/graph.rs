@@ -21,7 +21,8 @@ use serde::Serialize;
 use super::plan::{self, Options};
 use super::recipe::Recipe;
 use super::{Build, BuildError, Report};
-use crate::chunks::{self, ChunkId, Intake};
+use crate::chunks::{ChunkId, ChunkedRaster};
+use crate::intake::{Intake, chunks_over_files};
 use crate::lattice::Square;
 use crate::progress::Progress;
 use crate::raster::{Rasters, ReadOptions, RecordedRaster};
@@ -153,7 +154,7 @@ impl<'a> Graph<'a> {
             })
             .collect();
         Ok(Self {
-            relief: chunks::chunks_over_files(&raster, RELIEF_LEVEL),
+            relief: chunks_over_files(&raster, RELIEF_LEVEL),
             subtrees: plan::subtrees(georeference, raster.size(), &options, &rectangles),
             bands: Intake::new(&raster, store).bands().len(),
             recipe,
@@ -283,7 +284,7 @@ impl<'a> Graph<'a> {
         self.expect(Stage::Samples, |number| intake.has(&bands[number]))
     }
 
-    fn expect_relief(&self, chunks: &chunks::ChunkedRaster) -> Result<()> {
+    fn expect_relief(&self, chunks: &ChunkedRaster) -> Result<()> {
         for chunk in chunks.chunks_of(chunks.top()) {
             ensure!(chunks.is_made(chunk)?, "job survey/0 has not been done");
         }

@@ -11,21 +11,23 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use moka::sync::Cache;
 use terrain_core::height_field::chunks::Chunks;
+use terrain_core::height_field::ground::Ground;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::simplify::{Allowance, Simplifier};
 use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::Side;
-use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
+use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE, on_ellipsoid};
 use terrain_tiles::tile::{Lineage, Tile};
 
 use super::plan::Plan;
 use crate::border::BorderCurve;
 use crate::certify::Certifier;
-use crate::chunks::{ChunkView, ChunkedRaster};
+use crate::chunk_view::ChunkView;
+use crate::chunks::ChunkedRaster;
 use crate::coarse::CoarseWindow;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
@@ -109,9 +111,9 @@ impl<'a> PlanOfTile<'a> {
         self.lattice.global(self.georeference.geographic(grid)) - self.origin
     }
 
-    /// Metres of a column and of a row, in the middle.
-    fn ground(&self) -> DVec2 {
-        self.georeference.cell_metres(self.grid((self.low + self.high) / 2.0))
+    /// Where a position is on the ellipsoid, metres from the Earth's centre.
+    fn place(&self, plan: DVec2) -> DVec3 {
+        on_ellipsoid(self.lattice.geographic(plan + self.origin))
     }
 }
 
@@ -279,11 +281,12 @@ impl<'a> Jobs<'a> {
         let curvature: Vec<DVec2> = (0..grid.rows)
             .map(|row| curvature(&grid.georeference, grid.columns, row))
             .collect();
+        let place = |at| plan.place(at);
         let reference = Reference {
             heights: grid.whole(),
             plan: PlanMap::fit(plan.low, plan.high, |at| plan.grid(at), |at| plan.plan(at)),
             curvature: &curvature,
-            ground: plan.ground(),
+            ground: Ground::Earth(&place),
             bound: self.plan.bound,
             finer: None,
         };
@@ -330,20 +333,21 @@ impl<'a> Jobs<'a> {
         tolerance: f64,
     ) -> Result<Option<Finest>> {
         let lattice = self.plan.lattice;
-        let (surface, moved) = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
+        let (surface, strayed) = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
         let surface = surface.in_memory_order();
         let (mesh, _) = surface.mesh();
         if mesh.triangles.is_empty() {
             return Ok(None);
         }
-        let rounding = (1.0 + moved) * lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
+        // Where a step is cut at a line, the cut is rounded.
+        let strayed = strayed + lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
         let mut simplifier = Simplifier::new(surface, kinds, build.shape(), self.plan.quality);
         simplifier.thin(Allowance {
             vertical: tolerance,
-            outline: (self.plan.max_error - rounding).max(0.0),
+            outline: (self.plan.max_error - strayed).max(0.0),
         });
-        let outline_strayed = rounding + simplifier.outline_strayed();
+        let outline_strayed = strayed + simplifier.outline_strayed();
         let mesh = simplifier.into_surface().in_memory_order().mesh().0;
         Ok(Some(Finest {
             mesh,
@@ -370,11 +374,12 @@ impl<'a> Jobs<'a> {
         let window = CoarseWindow::new(&view, self.plan.height(square), [columns, rows], |row| {
             curvature(&georeference, 2 * middle, row)
         });
+        let place = |at| plan.place(at);
         let reference = window.reference(
             [plan.low, plan.high],
             |at| plan.grid(at),
             |at| plan.plan(at),
-            plan.ground(),
+            Ground::Earth(&place),
             self.plan.bound,
         );
         let largest = |value: fn(&Lineage) -> f32| {

@@ -14,9 +14,11 @@ use crate::store::Name;
 use crate::tin::bound_name;
 
 /// Counts up whenever the same inputs would give other tiles than before: what was made then is not taken for what is made now.
-const ALGORITHM: u32 = 2;
+const ALGORITHM: u32 = 3;
 /// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
 const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
+/// Cells are taken to be no longer than this: beside a pole columns meet.
+const MOST_LENGTHENED: f64 = 10.0;
 /// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
 /// Degrees by which rectangles are widened where it is asked which squares they meet.
@@ -149,7 +151,8 @@ fn squares_over([west, south, east, north]: [f64; 4], zoom: u8) -> Vec<Square> {
 
 fn cell_and_error(georeference: &GeoReference, size: [usize; 2], options: &Options) -> (f64, f64) {
     let centre = DVec2::new(size[0] as f64 - 1.0, size[1] as f64 - 1.0) / 2.0;
-    let cell = georeference.cell_metres(centre).min_element();
+    let sides = georeference.cell_metres(centre);
+    let cell = sides.min_element().max(sides.max_element() / MOST_LENGTHENED);
     (cell, options.max_error.unwrap_or_else(|| default_error(cell)))
 }
 

@@ -23,6 +23,9 @@ const ON_THE_EDGE: f64 = 1e-6;
 /// Cells that a chunk of an edge may span: short enough for a parabola to be its path to a thousandth of a cell.
 const CHUNK: f64 = 4.0;
 
+/// Halvings of such a chunk where it is none even so, at most.
+const HALVINGS: u32 = 24;
+
 /// The largest figure met, and where.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Worst {
@@ -60,8 +63,11 @@ pub(super) fn visit_posts(
         for row in footprint.rows(&block.rows) {
             for column in footprint.columns(row, &block.columns) {
                 let (height, up) = (patch.height(column, row), verticals[block.index(column, row)]);
-                let position = space.position(column, row, up, if height.is_finite() { height } else { 0.0 });
-                if let Some(above) = facet.height_above(position, up) {
+                let known = if height.is_finite() { height } else { 0.0 };
+                let position = space.position(column, row, up, known);
+                let seen_from = space.beside_a_pole(column, row, up, known).unwrap_or((position, up));
+                if facet.is_met(seen_from, space.is_round()) {
+                    let above = facet.height_above(position, up);
                     visit(column, row, if height.is_finite() { above } else { f64::NAN });
                 }
             }
@@ -87,8 +93,9 @@ impl Facet {
         }
     }
 
-    /// How far along `up` from `position` the triangle is, if the line meets it.
-    fn height_above(&self, position: DVec3, up: DVec3) -> Option<f64> {
+    /// Whether the line along `up` through `position` meets the triangle; not where that is seen as a line from above, as where
+    /// two corners are at a pole, for its edges say all then. From below on a plane only, not through the Earth.
+    fn is_met(&self, (position, up): (DVec3, DVec3), from_above: bool) -> bool {
         let [a, b, c] = self.corners.map(|corner| corner - position);
         let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| up.dot(from.cross(to)));
         let all = |sign: f64| {
@@ -97,9 +104,14 @@ impl Facet {
                 .zip(&self.tolerances)
                 .all(|(side, tolerance)| sign * side >= -tolerance)
         };
-        let steepness = self.normal.dot(up);
-        let seen = steepness.abs() > 1e-12 * self.normal.length() && (all(1.0) || all(-1.0));
-        seen.then(|| self.normal.dot(a) / steepness)
+        let area = self.normal.dot(up);
+        let widest = self.tolerances.into_iter().fold(0.0, f64::max);
+        area > widest && all(1.0) || !from_above && area < -widest && all(-1.0)
+    }
+
+    /// How far along `up` from `position` the plane of the triangle is.
+    fn height_above(&self, position: DVec3, up: DVec3) -> f64 {
+        self.normal.dot(self.corners[0] - position) / self.normal.dot(up)
     }
 }
 
@@ -111,7 +123,14 @@ pub(super) fn along_edges(space: &impl Space, patch: &Patch, surface: &Surface) 
             .cells_at(foot.grid)
             .for_each(|cell| worst.meet(foot.height - cell.height(foot.grid), foot.grid));
     }
-    for edge in surface.edges_near(&patch.block) {
+    // An edge between two vertices at a pole is seen as a point.
+    let is_seen = |edge: &&SurfaceEdge| {
+        !edge
+            .ends
+            .iter()
+            .all(|&end| space.is_singular(surface.positions[end as usize]))
+    };
+    for edge in surface.edges_near(&patch.block).filter(is_seen) {
         Edge::new(space, surface, edge).measure(patch, &mut worst);
     }
     worst
@@ -151,7 +170,8 @@ impl<'a, S: Space> Edge<'a, S> {
             }
             let from = start.unwrap_or_else(|| self.foot_of_chunk(chunk));
             let end = self.foot_of_chunk(chunk + 1);
-            self.measure_chunk(patch, chunk, [from, end], worst);
+            let at = |chunk: usize| chunk as f64 / self.chunks as f64;
+            self.measure_stretch(patch, [at(chunk), at(chunk + 1)], [from, end], HALVINGS, worst);
             start = Some(end);
         }
     }
@@ -179,12 +199,26 @@ impl<'a, S: Space> Edge<'a, S> {
         self.space.foot(self.from + self.along * parameter)
     }
 
-    fn measure_chunk(&self, patch: &Patch, chunk: usize, ends: [Foot; 2], worst: &mut Worst) {
-        let at = |part: f64| (chunk as f64 + part) / self.chunks as f64;
-        let mut points = vec![(at(0.0), ends[0]), (at(1.0), ends[1])];
-        let middle = self.foot(at(0.5));
-        for axis in 0..2 {
-            let path = Path::through([ends[0], middle, ends[1]].map(|foot| foot.grid[axis]));
+    /// A stretch of the edge, cut in halves as long as no parabola is its path: beside a pole.
+    fn measure_stretch(
+        &self,
+        patch: &Patch,
+        [start, end]: [f64; 2],
+        ends: [Foot; 2],
+        halvings: u32,
+        worst: &mut Worst,
+    ) {
+        let half = (start + end) / 2.0;
+        let middle = self.foot(half);
+        let paths = [0, 1].map(|axis| Path::through([ends[0], middle, ends[1]].map(|foot| foot.grid[axis])));
+        if halvings > 0 && !self.follows([start, end], &paths) {
+            self.measure_stretch(patch, [start, half], [ends[0], middle], halvings - 1, worst);
+            self.measure_stretch(patch, [half, end], [middle, ends[1]], halvings - 1, worst);
+            return;
+        }
+        let at = |part: f64| start + (end - start) * part;
+        let mut points = vec![(start, ends[0]), (end, ends[1])];
+        for (axis, path) in paths.iter().enumerate() {
             for (part, line) in path.crossings() {
                 let mut parameter = at(part);
                 let mut foot = self.foot(parameter);
@@ -199,6 +233,18 @@ impl<'a, S: Space> Edge<'a, S> {
         for piece in points.windows(2) {
             self.measure_piece(patch, [piece[0], piece[1]], worst);
         }
+    }
+
+    /// Whether a stretch is close to the parabola through its ends and its middle: what is nearly straight is.
+    fn follows(&self, [start, end]: [f64; 2], paths: &[Path; 2]) -> bool {
+        const NEARLY_STRAIGHT: f64 = 0.05;
+        const CLOSE: f64 = 1e-3;
+        let is_straight = paths.iter().all(|path| path.bend.abs() / 4.0 <= NEARLY_STRAIGHT);
+        is_straight
+            || [0.25, 0.75].into_iter().all(|part| {
+                let foot = self.foot(start + (end - start) * part);
+                (0..2).all(|axis| (paths[axis].value(part) - foot.grid[axis]).abs() <= CLOSE)
+            })
     }
 
     /// The difference on a piece inside one cell: at its ends, its middle, and the top of the parabola through them.

@@ -9,8 +9,10 @@ use terrain_tiles::address::TileAddress;
 use terrain_tiles::ellipsoid::LEAST_METRES_IN_A_DEGREE;
 use terrain_tiles::metadata::{Metadata, Zoom};
 
+use super::beside::Beside;
 use super::report::{Violation, ZoomReport};
 use super::source::{Block, Post, Source};
+use super::tiles::Tiles;
 
 /// Compares the metadata with the tiles that exist and with what was found in them.
 pub(super) fn check_metadata(
@@ -99,20 +101,21 @@ pub(super) fn check_bounds(metadata: &Metadata, source: &Source, blocks: &[Block
 /// How many samples are missing in a tile, and the place of the first.
 type Missing = BTreeMap<TileAddress, (usize, DVec2)>;
 
-/// Samples of the source's surface that are in the square of no tile, nor within `reach` metres of one, by zoom.
-/// `blocks` are all of the source.
+/// Samples of the source's surface that are in the square of no tile, nor within `reach` metres of one that is as near to them
+/// as it claims, by zoom. `blocks` are all of the source.
 ///
 /// # Errors
 /// When samples cannot be read.
 pub(super) fn check_presence(
-    source: &Source,
+    source: Source,
     blocks: &[Block],
+    tiles: &dyn Tiles,
     exist: &BTreeSet<TileAddress>,
     reach: &[f64],
 ) -> Result<Vec<Violation>> {
     let missing: Vec<Missing> = blocks
         .par_iter()
-        .map(|block| missing_in(source, block, exist, reach))
+        .map(|block| missing_in(&source, block, Beside::new(source, tiles, exist), reach))
         .collect::<Result<_>>()?;
     let mut all = Missing::new();
     for (tile, (count, place)) in missing.into_iter().flatten() {
@@ -128,14 +131,14 @@ pub(super) fn check_presence(
     Ok(all.into_iter().map(violation).collect())
 }
 
-fn missing_in(source: &Source, block: &Block, exist: &BTreeSet<TileAddress>, reach: &[f64]) -> Result<Missing> {
+fn missing_in(source: &Source, block: &Block, mut beside: Beside, reach: &[f64]) -> Result<Missing> {
     let patch = source.patch(block)?;
     let mut missing = Missing::new();
-    for (column, row) in block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface) {
-        let place = source.geographic(column, row);
+    for post in block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface) {
+        let place = source.geographic(post.0, post.1);
         for (zoom, &reach) in (0..).zip(reach) {
-            if !nearby(place, zoom, reach).any(|tile| exist.contains(&tile)) {
-                let Some(tile) = tile_at(place, zoom) else { continue };
+            let Some(tile) = tile_at(place, zoom) else { continue };
+            if !beside.exists(tile) && !is_kept(&mut beside, post, nearby(place, zoom, reach))? {
                 missing.entry(tile).or_insert((0, place)).0 += 1;
             }
         }
@@ -143,11 +146,22 @@ fn missing_in(source: &Source, block: &Block, exist: &BTreeSet<TileAddress>, rea
     Ok(missing)
 }
 
-/// The tile of a place and those that are within `reach` metres of it.
+/// Whether one of some tiles is as near to a post as it claims.
+fn is_kept(beside: &mut Beside, post: (usize, usize), tiles: impl Iterator<Item = TileAddress>) -> Result<bool> {
+    let tiles: BTreeSet<TileAddress> = tiles.collect();
+    for tile in tiles {
+        if beside.keeps(tile, post, false)? && beside.keeps(tile, post, true)? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// The tiles that are within `reach` metres of a place.
 fn nearby(place: DVec2, zoom: u8, reach: f64) -> impl Iterator<Item = TileAddress> {
     let north = reach / LEAST_METRES_IN_A_DEGREE;
     let east = north / place.y.to_radians().cos().max(1e-3);
-    let offsets = [(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+    let offsets = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
     offsets
         .into_iter()
         .filter_map(move |(x, y)| tile_at(place + DVec2::new(x * east, y * north), zoom))

@@ -7,30 +7,33 @@
 //! the worst of all blocks against the claims
 //! ```
 
+use std::collections::BTreeSet;
+
 use anyhow::Result;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::{Geodetic, to_earth_centred};
 use terrain_tiles::tile::Tile;
 
+use super::beside::{Beside, around, outline_slack};
 use super::deviation::{Worst, along_edges, visit_posts};
-use super::drawing::{Drawing, Shown, coarse_sided, draw, finest, interior_levels, no_surface, unsound};
-use super::outline::Outline;
+use super::drawing::{Drawing, interior_levels, no_surface, unsound};
+use super::drawn::{Level, drawings, earth, levels};
 use super::report::{ROUNDING, Violation};
 use super::sides::side_edges;
 use super::source::{Block, Patch, Post, Source};
 use super::source_outline::SourceOutline;
-use super::space::{Earth, Foot, Space};
-use super::square::{Square, turn};
+use super::space::{Earth, Space};
+use super::square::Square;
 use super::surface::Surface;
-
-/// Part of a cell by which an outline may exceed its claim: the rounding of the raster's own place on the Earth.
-const CELL_SLACK: f64 = 1e-3;
+use super::tiles::Tiles;
 
 /// What is needed to measure any tile.
 pub(super) struct Measure<'a> {
     pub(super) source: Source<'a>,
+    pub(super) tiles: &'a dyn Tiles,
+    /// Where there is a tile.
+    pub(super) exist: &'a BTreeSet<TileAddress>,
     pub(super) outline: &'a SourceOutline<'a>,
     /// Whether errors are claimed between samples, too.
     pub(super) between_samples: bool,
@@ -87,27 +90,21 @@ impl Figures {
 }
 
 impl Measure<'_> {
-    /// Measures every level of `tile`: the interior ones with coarse sides, and the finest with all sides fine.
-    /// `neighbours` says across which sides there is a tile of the same zoom. Blocks are looked at by all threads if
-    /// `spread`, by this one if not.
+    /// Measures every level of `tile`: the interior ones with coarse sides, and the finest with all sides fine. Blocks are
+    /// looked at by all threads if `spread`, by this one if not.
     ///
     /// # Errors
     /// When samples cannot be read.
-    pub(super) fn tile(&self, tile: &Tile, neighbours: [bool; 4], spread: bool) -> Result<Measured> {
+    pub(super) fn tile(&self, tile: &Tile, spread: bool) -> Result<Measured> {
         if let Some(what) = unsound(tile) {
             return Ok(Measured::broken(Violation::of_tile(what, tile.address)));
         }
-        let turn = turn(&self.source, tile.address);
         let check = TileCheck {
             measure: self,
             tile,
-            earth: Earth {
-                source: self.source,
-                middle_longitude: tile.address.west() + tile.address.degrees() / 2.0 + turn,
-            },
-            turn,
+            earth: earth(self.source, tile.address),
             square: Square::new(&self.source, tile.address),
-            neighbours,
+            around: around(tile.address, self.exist),
         };
         check.run(spread)
     }
@@ -124,24 +121,13 @@ struct TileCheck<'a> {
     measure: &'a Measure<'a>,
     tile: &'a Tile,
     earth: Earth<'a>,
-    turn: f64,
     square: Square,
-    neighbours: [bool; 4],
-}
-
-/// A level of a tile, ready to be measured.
-struct Level {
-    surface: Surface,
-    outline: Outline,
+    around: Vec<TileAddress>,
 }
 
 impl TileCheck<'_> {
     fn run(&self, spread: bool) -> Result<Measured> {
-        let shown = (0..interior_levels(self.tile)).map(coarse_sided);
-        let drawings: Vec<Drawing> = shown
-            .chain([finest(self.tile)])
-            .map(|shown: Shown| draw(self.tile, shown))
-            .collect();
+        let drawings = drawings(self.tile);
         let mut violations = self.sides_that_change(&drawings);
         let faults = drawings.iter().enumerate().map(|(k, drawing)| (k, no_surface(drawing)));
         let faults: Vec<_> = faults.filter_map(|(k, fault)| fault.map(|fault| (k, fault))).collect();
@@ -153,16 +139,17 @@ impl TileCheck<'_> {
                 ..Measured::default()
             });
         }
-        let levels: Vec<Level> = drawings.iter().map(|drawing| self.level(drawing)).collect();
+        let levels = levels(self.tile, &self.earth, &drawings, self.measure.exist);
         let figures = self.figures(&levels, spread)?;
         let placeless = |level: &Level| level.surface.feet.iter().any(|foot| !foot.grid.is_finite());
         if let Some(k) = levels.iter().position(placeless) {
             violations.push(self.violation("has a vertex that is nowhere in the raster's system", k));
         }
-        let measured: Vec<_> = figures
+        let measured: Vec<_> = levels
             .iter()
+            .zip(&figures)
             .enumerate()
-            .map(|(k, figures)| self.compared(k, figures))
+            .map(|(k, (level, figures))| self.compared(k, level, figures))
             .collect();
         violations.extend(measured.iter().flat_map(|(_, violations)| violations.iter().cloned()));
         Ok(Measured {
@@ -185,29 +172,6 @@ impl TileCheck<'_> {
             .collect()
     }
 
-    fn level(&self, drawing: &Drawing) -> Level {
-        let unit = self.tile.address.degrees() / (1_u64 << self.tile.extent_bits) as f64;
-        let origin = DVec2::new(self.tile.address.west(), self.tile.address.south());
-        let geographic = |position: &DVec3| origin + position.truncate() * unit;
-        let georeference = self.measure.source.georeference;
-        let feet = drawing.positions.iter().map(|position| Foot {
-            grid: georeference.grid(geographic(position) + DVec2::new(self.turn, 0.0)),
-            height: position.z,
-        });
-        let positions = drawing.positions.iter().map(|position| {
-            let place = geographic(position);
-            to_earth_centred(Geodetic {
-                longitude: place.x,
-                latitude: place.y,
-                height: position.z,
-            })
-        });
-        let triangles = drawing.triangles.clone();
-        let surface = Surface::new(&self.earth, positions.collect(), feet.collect(), triangles);
-        let outline = Outline::new(self.tile, &self.earth, drawing, &surface, self.neighbours);
-        Level { surface, outline }
-    }
-
     /// The posts that the tile's square or its triangles may touch.
     fn region(&self, levels: &[Level]) -> Block {
         const BESIDE: f64 = 2.0;
@@ -221,7 +185,8 @@ impl TileCheck<'_> {
     /// The worst of each level.
     fn figures(&self, levels: &[Level], spread: bool) -> Result<Vec<Figures>> {
         let region = self.region(levels);
-        let blocks = region.split(self.measure.block_side);
+        let mut blocks = region.split(self.measure.block_side);
+        blocks.retain(|block| self.measure.source.may_hold(block) || is_under(levels, block));
         let of_block = |block: &Block| self.block(block, &region, levels);
         let nothing = || vec![Figures::default(); levels.len()];
         let worse = |a: Vec<Figures>, b: Vec<Figures>| Ok(a.into_iter().zip(b).map(|(a, b)| a.max(b)).collect());
@@ -244,8 +209,9 @@ impl TileCheck<'_> {
         };
         let ours: Vec<bool> = block.posts().map(is_ours).collect();
         let mut near = self.measure.outline.near();
+        let mut beside = Beside::new(*source, self.measure.tiles, self.measure.exist);
         let of_level = |level: &Level| {
-            let Level { surface, outline } = level;
+            let Level { surface, outline, .. } = level;
             let covered = self.cover(&patch, &verticals, surface);
             let left_out = block
                 .posts()
@@ -258,11 +224,31 @@ impl TileCheck<'_> {
             };
             Ok(Figures {
                 vertical: covered.worst.max(along),
-                left_out: outline.uncovered(&self.earth, surface, &left_out),
+                left_out: self.left_out(level, &left_out, &mut beside)?,
                 excess: outline.excess(source, &patch, region, &covered.voids, &mut near)?,
             })
         };
         levels.iter().map(of_level).collect()
+    }
+
+    /// Plan distance of the farthest of `posts`, which no triangle covers, from the mesh; but those that a tile around this one
+    /// is as near to as it claims.
+    fn left_out(&self, level: &Level, posts: &[(usize, usize)], beside: &mut Beside) -> Result<Worst> {
+        let claim = self.tile.outline_errors[level.claims];
+        let mut worst = Worst::default();
+        for &post in posts {
+            let place = DVec2::new(post.0 as f64, post.1 as f64);
+            let distance = level.outline.distance(&self.earth, &level.surface, post);
+            let is_beyond = distance > claim + outline_slack(&self.measure.source, place);
+            let mut kept = false;
+            for &other in self.around.iter().filter(|_| is_beyond) {
+                kept = kept || beside.keeps(other, post, level.has_fine_sides)?;
+            }
+            if !kept {
+                worst.meet(distance, place);
+            }
+        }
+        Ok(worst)
     }
 
     /// Which posts the triangles cover, and the worst deviation at them.
@@ -284,21 +270,16 @@ impl TileCheck<'_> {
     }
 
     /// A level's claims beside what was found.
-    fn compared(&self, k: usize, figures: &Figures) -> (LevelMeasured, Vec<Violation>) {
+    fn compared(&self, k: usize, level: &Level, figures: &Figures) -> (LevelMeasured, Vec<Violation>) {
         let georeference = self.measure.source.georeference;
         let outline = figures.left_out.max(figures.excess);
-        let claims = if k < interior_levels(self.tile) {
-            k
-        } else {
-            self.tile.partition.levels.len() - 1
-        };
         let level = LevelMeasured {
-            claimed: self.tile.partition.levels[claims].error,
+            claimed: self.tile.partition.levels[level.claims].error,
             measured: figures.vertical.figure,
-            claimed_outline: self.tile.outline_errors[claims],
+            claimed_outline: self.tile.outline_errors[level.claims],
             measured_outline: outline.figure,
         };
-        let slack = georeference.cell_metres(outline.place).max_element() * CELL_SLACK;
+        let slack = outline_slack(&self.measure.source, outline.place);
         let compared = [
             ("vertical error", figures.vertical, level.claimed, ROUNDING),
             (
@@ -335,6 +316,11 @@ impl TileCheck<'_> {
             ..Violation::of_tile(what, self.tile.address)
         }
     }
+}
+
+/// Whether some triangle may lie over a block.
+fn is_under(levels: &[Level], block: &Block) -> bool {
+    levels.iter().any(|level| level.surface.over(block).next().is_some())
 }
 
 /// What a level's triangles cover of a block.

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::{Geodetic, to_earth_centred};
+use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS, to_earth_centred};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
@@ -44,6 +44,12 @@ impl Source<'_> {
         }
     }
 
+    /// Whether there may be a sample in `block` or next to it.
+    pub(super) fn may_hold(&self, block: &Block) -> bool {
+        let around = |range: &Range<usize>| range.start.saturating_sub(1)..range.end + 1;
+        self.samples.may_hold(around(&block.columns), around(&block.rows))
+    }
+
     /// The samples of `block` and those around it.
     pub(super) fn patch(&self, block: &Block) -> Result<Patch> {
         let around = |range: &Range<usize>| range.start.saturating_sub(1)..range.end + 1;
@@ -69,6 +75,15 @@ impl Source<'_> {
     /// Longitude and latitude of a post.
     pub(super) fn geographic(&self, column: usize, row: usize) -> DVec2 {
         self.georeference.geographic(DVec2::new(column as f64, row as f64))
+    }
+
+    /// Into how many pieces a line of so many cells and metres is to be cut so that, in space, each is nearer to the ellipsoid
+    /// than a ten thousandth of a cell.
+    pub(super) fn pieces(cells: f64, metres: f64) -> usize {
+        const NEAR: f64 = 1e-4;
+        const MOST: f64 = 1e6;
+        let in_a_cell = (metres / cells.max(1.0) / (8.0 * MEAN_RADIUS * NEAR)).sqrt();
+        (cells * in_a_cell.max(1.0)).ceil().clamp(1.0, MOST) as usize
     }
 
     /// The point of the ellipsoid, in Earth-centred metres, at a grid position.

@@ -30,7 +30,8 @@ pub(super) struct SourceOutline<'a> {
 impl<'a> SourceOutline<'a> {
     /// Looks through all of the source, block by block of `side` posts.
     pub(super) fn new(source: Source<'a>, side: usize) -> Result<Self> {
-        let blocks = source.whole().split(side.next_multiple_of(SQUARE));
+        let mut blocks = source.whole().split(side.next_multiple_of(SQUARE));
+        blocks.retain(|block| source.may_hold(block));
         let squares = blocks.par_iter().map(|block| squares(&source, block));
         let squares: Vec<Vec<Square>> = squares.collect::<Result<_>>()?;
         Ok(Self {
@@ -116,8 +117,15 @@ fn segments(source: &Source, patch: &Patch, block: &Block) -> Vec<Segment> {
         let (x, y) = (column as i64, row as i64);
         let whole = patch.cell(x, y).is_some();
         let mut add = |to: (usize, usize)| {
-            let point = |(x, y): (usize, usize)| source.on_ellipsoid(DVec2::new(x as f64, y as f64)).to_array();
-            segments.push(Line::new(point((column, row)), point(to)));
+            let [from, to] = [(column, row), to].map(|(x, y)| DVec2::new(x as f64, y as f64));
+            let metres = source.on_ellipsoid(from).distance(source.on_ellipsoid(to));
+            let count = Source::pieces(1.0, metres);
+            let point = |piece: usize| {
+                source
+                    .on_ellipsoid(from.lerp(to, piece as f64 / count as f64))
+                    .to_array()
+            };
+            segments.extend((0..count).map(|piece| Line::new(point(piece), point(piece + 1))));
         };
         if whole != patch.cell(x - 1, y).is_some() {
             add((column, row + 1));

@@ -25,6 +25,13 @@ pub(super) trait Space: Sync {
     /// Whether the foot of a point has no definite place in the grid: the poles.
     fn is_singular(&self, position: DVec3) -> bool;
 
+    /// For a height at a post at a pole, which is on all meridians: the place next to it on its own, and the vertical there. `up`
+    /// is the vertical at the post.
+    fn beside_a_pole(&self, column: usize, row: usize, up: DVec3, height: f64) -> Option<(DVec3, DVec3)>;
+
+    /// Whether a vertical goes on to the ground on the other side of the Earth.
+    fn is_round(&self) -> bool;
+
     /// The verticals at all posts of a block, row by row.
     fn verticals(&self, block: &Block) -> Vec<DVec3> {
         block.posts().map(|(column, row)| self.vertical(column, row)).collect()
@@ -58,6 +65,21 @@ impl Space for Earth<'_> {
         }
     }
 
+    fn beside_a_pole(&self, column: usize, row: usize, up: DVec3, height: f64) -> Option<(DVec3, DVec3)> {
+        /// Degrees: a decimetre.
+        const BESIDE: f64 = 1e-6;
+        const AT_IT: f64 = 1e-12;
+        (up.truncate().length() < AT_IT).then(|| {
+            let place = self.source.geographic(column, row);
+            let up = normal(place.x, (90.0 - BESIDE).copysign(place.y));
+            (above(up, height), up)
+        })
+    }
+
+    fn is_round(&self) -> bool {
+        true
+    }
+
     fn is_singular(&self, position: DVec3) -> bool {
         position.truncate().length_squared() < 1e-4
     }
@@ -80,6 +102,14 @@ impl Space for Raster {
             grid: position.truncate(),
             height: position.z,
         }
+    }
+
+    fn beside_a_pole(&self, _: usize, _: usize, _: DVec3, _: f64) -> Option<(DVec3, DVec3)> {
+        None
+    }
+
+    fn is_round(&self) -> bool {
+        false
     }
 
     fn is_singular(&self, _: DVec3) -> bool {

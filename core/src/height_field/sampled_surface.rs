@@ -1,0 +1,210 @@
+//! A surface with the samples under each of its triangles, and the edits that keep the two together.
+//!
+//! ```text
+//! edit: take the samples under the triangles that change out of their lists, change them, lay the samples under the new ones
+//! ```
+
+use glam::DVec2;
+
+use crate::height_field::fan::Fan;
+use crate::height_field::flat::GridPoint;
+use crate::height_field::outline::{OutlineChains, Strays};
+use crate::height_field::ring::Ring;
+use crate::height_field::rules::VertexKind;
+use crate::height_field::samples::{Sample, SampleLists};
+use crate::height_field::surface::Surface;
+use crate::topology::edge_collapse::Edge;
+
+/// A surface, its samples, and what its vertices may do.
+pub(crate) struct SampledSurface<'a> {
+    pub(crate) surface: Surface<'a>,
+    pub(crate) samples: SampleLists,
+    pub(crate) kinds: Vec<VertexKind>,
+    pub(crate) outline: OutlineChains,
+    /// Metres.
+    pub(crate) outline_strayed: f64,
+    /// Around the vertex whose samples were laid last.
+    pub(crate) ring: Ring,
+    fan: Fan,
+    /// Half-edges to the ring.
+    spokes: Vec<u32>,
+}
+
+/// Samples taken from under the triangles around both ends of an edge.
+#[derive(Default)]
+pub(crate) struct Gathered {
+    /// Around the blue one.
+    pub(crate) around_blue: Vec<Sample>,
+    /// Around the red one, but for those.
+    pub(crate) others: Vec<Sample>,
+}
+
+impl Gathered {
+    pub(crate) fn clear(&mut self) {
+        self.around_blue.clear();
+        self.others.clear();
+    }
+}
+
+/// Where a vertex may be put, and what that leaves of the differences.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) plan: DVec2,
+    pub(crate) point: GridPoint,
+    /// Sum of the squared differences at the samples of its star.
+    pub(crate) squares: f64,
+}
+
+/// A collapse that passed all checks.
+pub(crate) struct Chosen {
+    pub(crate) red: u32,
+    pub(crate) place: Place,
+    /// How far the outline strays then.
+    pub(crate) strays: Strays,
+}
+
+impl<'a> SampledSurface<'a> {
+    /// Vertices of the outline that are [`VertexKind::Free`] become [`VertexKind::Outline`], and [`VertexKind::Border`] where the
+    /// outline touches itself.
+    pub(crate) fn new(surface: Surface<'a>, mut kinds: Vec<VertexKind>) -> Self {
+        let outline = OutlineChains::new(&surface);
+        for (kind, vertex) in kinds.iter_mut().zip(0..) {
+            match outline.visits(vertex) {
+                0 => {}
+                1 if *kind == VertexKind::Free => *kind = VertexKind::Outline,
+                1 => {}
+                _ => *kind = VertexKind::Border,
+            }
+        }
+        Self {
+            samples: SampleLists::new(&surface),
+            surface,
+            kinds,
+            outline,
+            outline_strayed: 0.0,
+            ring: Ring::default(),
+            fan: Fan::default(),
+            spokes: Vec::new(),
+        }
+    }
+
+    pub(crate) fn keeps_height(&self, vertex: u32) -> bool {
+        self.kinds[vertex as usize].keeps_height()
+    }
+
+    /// How far the outline would stray.
+    pub(crate) fn strays(&self, edge: Edge) -> Strays {
+        if self.kinds[edge.blue as usize] == VertexKind::Outline {
+            self.outline.strays(self.surface.reference.ground, edge.blue, edge.red)
+        } else {
+            Strays::NONE
+        }
+    }
+
+    pub(crate) fn gather_around(&self, vertex: u32, samples: &mut Vec<Sample>) {
+        for edge in self.surface.connectivity.leaving(vertex) {
+            self.samples.gather(self.surface.reference, edge / 3, samples);
+        }
+    }
+
+    /// The samples around a vertex but for those in triangles with another one.
+    pub(crate) fn gather_around_other(&self, vertex: u32, other: u32, samples: &mut Vec<Sample>) {
+        let connectivity = &self.surface.connectivity;
+        for edge in connectivity.leaving(vertex) {
+            if connectivity.end(edge) != other && connectivity.apex(edge) != other {
+                self.samples.gather(self.surface.reference, edge / 3, samples);
+            }
+        }
+    }
+
+    /// The samples under the triangles from a place to a ring, whoever had them before.
+    pub(crate) fn gather_under(&self, centre: DVec2, ring: &[GridPoint], samples: &mut Vec<Sample>) {
+        for pair in ring.windows(2) {
+            let corners = [centre, pair[0].grid, pair[1].grid];
+            self.samples.gather_under(self.surface.reference, corners, samples);
+        }
+    }
+
+    /// The triangle around a vertex with a place.
+    pub(crate) fn triangle_around(&self, vertex: u32, at: DVec2) -> Option<u32> {
+        let connectivity = &self.surface.connectivity;
+        let turn = self.surface.reference.plan.handedness();
+        let holds = |triangle: &u32| {
+            let corners = connectivity
+                .corners(*triangle)
+                .map(|c| c.map(|corner| self.surface.grid(corner)));
+            corners.is_some_and(|[a, b, c]| {
+                [(a, b), (b, c), (c, a)]
+                    .into_iter()
+                    .all(|(from, to)| turn * (to - from).perp_dot(at - from) >= 0.0)
+            })
+        };
+        connectivity.leaving(vertex).map(|edge| edge / 3).find(holds)
+    }
+
+    /// Performs a collapse; `gathered` is what is under the triangles around both ends, or may be.
+    pub(crate) fn collapse(&mut self, blue: u32, chosen: &Chosen, gathered: &mut Gathered) {
+        let &Chosen { red, ref place, strays } = chosen;
+        self.clear_samples(blue);
+        if place.plan == self.surface.plan(red) && strays.is_straight {
+            // Red's other triangles are in plan what they were.
+            gathered.others.clear();
+        } else {
+            self.clear_samples(red);
+        }
+        self.surface.connectivity.collapse(blue, red);
+        self.surface.put(red, place.plan, place.point);
+        self.outline.remove(blue);
+        self.outline_strayed = self.outline_strayed.max(strays.metres);
+        if !strays.is_straight {
+            gathered.clear();
+            self.ring.surround(&self.surface, red);
+            self.gather_under(place.point.grid, &self.ring.points, &mut gathered.around_blue);
+        }
+        self.lay_samples(red, gathered);
+    }
+
+    /// Moves a vertex; `gathered` is what is under its triangles.
+    pub(crate) fn move_to(&mut self, vertex: u32, place: &Place, gathered: &Gathered) {
+        self.clear_samples(vertex);
+        self.surface.put(vertex, place.plan, place.point);
+        self.lay_samples(vertex, gathered);
+    }
+
+    /// Turns an edge; `gathered` is what is under its two triangles.
+    pub(crate) fn flip(&mut self, edge: u32, gathered: &Gathered) {
+        let connectivity = &self.surface.connectivity;
+        let apex = connectivity.apex(edge);
+        for triangle in [edge / 3, connectivity.twin(edge) / 3] {
+            self.samples.clear(triangle);
+        }
+        self.surface.connectivity.flip(edge);
+        self.lay_samples(apex, gathered);
+    }
+
+    /// Takes the samples around a vertex out of their lists.
+    fn clear_samples(&mut self, vertex: u32) {
+        for edge in self.surface.connectivity.leaving(vertex) {
+            self.samples.clear(edge / 3);
+        }
+    }
+
+    /// Puts samples into the lists of the triangles around a vertex.
+    fn lay_samples(&mut self, vertex: u32, gathered: &Gathered) {
+        let Ring { points, is_closed, .. } = {
+            self.ring.surround(&self.surface, vertex);
+            &self.ring
+        };
+        self.spokes.clear();
+        self.spokes.extend(self.surface.connectivity.leaving(vertex));
+        let centre = self.surface.grid(vertex);
+        self.fan.spread(self.surface.reference, centre, points, *is_closed);
+        let mut at = 0;
+        for sample in gathered.around_blue.iter().chain(&gathered.others) {
+            if let Some(sector) = self.fan.sector_of(sample, at) {
+                at = sector;
+                self.samples.put(self.spokes[sector] / 3, sample);
+            }
+        }
+    }
+}
