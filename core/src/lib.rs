@@ -4,12 +4,14 @@
 //! ```text
 //!  mesh ◀── topology ◀─┬─ levels ◀─┬─ height_field      surfaces over a grid of samples
 //!                      │           ├─ space             surfaces in space
-//!                      └───────────┴─ streaming         progressive multilevel meshes
+//!                      ├───────────┴─ streaming         progressive multilevel meshes
+//!                      └─ curved                        surfaces of Bézier patches
 //! ```
 //!
 //! Nothing here knows a file, a thread, a raster format, a coordinate reference system or a tile.
 #![forbid(unsafe_code)]
 
+pub mod curved;
 pub mod height_field;
 pub mod levels;
 pub mod mesh;

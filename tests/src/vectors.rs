@@ -7,6 +7,7 @@ mod audit;
 mod clustering;
 mod collapse_validity;
 mod counterexample;
+mod curved;
 mod dag;
 mod forest;
 mod input;
@@ -34,6 +35,12 @@ pub fn answer(vector: &Value) -> Result<Value> {
         "clustering" => clustering::expected(vector)?,
         "forest_split" => forest::split(vector)?,
         "forest_counts" => forest::all_counts(vector)?,
+        "clod_star" => curved::star(vector)?,
+        "clod_t" => curved::t(vector)?,
+        "clod_swap" => curved::swap(vector)?,
+        "clod_tensor" => curved::tensor(vector)?,
+        "clod_fit" => curved::fit(vector)?,
+        "clod_patterns" => curved::patterns(vector)?,
         _ => bail!("kind {kind:?} is not one that this program answers"),
     };
     let mut answered = vector.clone();

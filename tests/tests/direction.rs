@@ -75,13 +75,14 @@ const ARITHMETIC: [&str; 18] = [
 ];
 
 /// The wings of `core` and what each may use besides itself, as `core/src/lib.rs` draws it.
-const WINGS: [(&str, &[&str]); 6] = [
+const WINGS: [(&str, &[&str]); 7] = [
     ("mesh", &[]),
     ("topology", &["mesh"]),
     ("levels", &["topology", "mesh"]),
     ("height_field", &["levels", "topology", "mesh"]),
     ("space", &["levels", "topology", "mesh"]),
     ("streaming", &["levels", "topology", "mesh"]),
+    ("curved", &["topology", "mesh"]),
 ];
 
 /// What verification may use of the rest of `ingest`: how a raster is read and where its samples are, and progress.

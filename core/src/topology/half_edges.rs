@@ -45,13 +45,29 @@ impl HalfEdges {
             origins,
         };
         connectivity.pair_twins(vertex_count);
-        for edge in 0..connectivity.origins.len() as u32 {
-            let leaving = &mut connectivity.leaving[connectivity.origins[edge as usize] as usize];
-            if *leaving == NONE || connectivity.twins[edge as usize] == NONE {
+        connectivity.choose_leaving();
+        connectivity
+    }
+
+    /// The same with the twin of each half-edge, or [`NONE`], told: vertices may be joined by several edges.
+    pub(crate) fn with_twins(vertex_count: usize, triangles: Vec<[u32; 3]>, twins: Vec<u32>) -> Self {
+        let mut connectivity = Self {
+            origins: triangles.into_flattened(),
+            twins,
+            leaving: vec![NONE; vertex_count],
+        };
+        connectivity.choose_leaving();
+        connectivity
+    }
+
+    /// Chooses the half-edge that the walk around each vertex begins with.
+    fn choose_leaving(&mut self) {
+        for edge in 0..self.origins.len() as u32 {
+            let leaving = &mut self.leaving[self.origins[edge as usize] as usize];
+            if *leaving == NONE || self.twins[edge as usize] == NONE {
                 *leaving = edge;
             }
         }
-        connectivity
     }
 
     /// Looks for each half-edge's twin among those that begin where it ends.
