@@ -1,0 +1,66 @@
+//! Curved levels of detail (C-LODs, §8): every patch that ever was, with the levels that it belongs to, so that each level is
+//! extracted without the others.
+//!
+//! Patches are sorted by when they went, latest first. What a level shows is in the prefix of those that were there after it,
+//! so that extracting it looks at about as many patches as it has, whatever came before.
+
+use crate::curved::patch::CubicPatch;
+
+/// A patch and where it belongs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelPatch {
+    /// Its control points.
+    pub patch: CubicPatch,
+    /// The vertices at its corners.
+    pub corners: [u32; 3],
+    /// Its points are no farther than this from those of the model that they stand for, and the other way round.
+    pub error: f64,
+    /// The first level that has it; level 0 is the model.
+    pub(crate) born: u32,
+    /// The first level after that one that has not.
+    pub(crate) died: u32,
+}
+
+/// A model at every level of detail.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CurvedLevels {
+    patches: Vec<LevelPatch>,
+    /// How many patches, at the beginning, were there after each level.
+    prefixes: Vec<usize>,
+}
+
+impl CurvedLevels {
+    /// Sorts patches that `level_count` levels have between them.
+    pub(crate) fn new(mut patches: Vec<LevelPatch>, level_count: u32) -> Self {
+        patches.sort_by_key(|patch| (std::cmp::Reverse(patch.died), patch.born));
+        let prefix = |level| patches.partition_point(|patch| patch.died > level);
+        Self {
+            prefixes: (0..level_count).map(prefix).collect(),
+            patches,
+        }
+    }
+
+    /// How many levels there are; the last is the coarsest.
+    #[must_use]
+    pub fn level_count(&self) -> u32 {
+        self.prefixes.len() as u32
+    }
+
+    /// The patches of one level; none past the last.
+    pub fn level(&self, level: u32) -> impl Iterator<Item = &LevelPatch> + Clone {
+        let count = self.prefixes.get(level as usize).copied().unwrap_or(0);
+        self.patches[..count].iter().filter(move |patch| patch.born <= level)
+    }
+
+    /// The largest error of a level's patches: no point of it is farther from the model, and none of the model from it.
+    #[must_use]
+    pub fn error(&self, level: u32) -> f64 {
+        self.level(level).map(|patch| patch.error).fold(0.0, f64::max)
+    }
+
+    /// How many patches all levels have between them.
+    #[must_use]
+    pub fn patch_count(&self) -> usize {
+        self.patches.len()
+    }
+}
