@@ -4,7 +4,9 @@
 //! Patches are sorted by when they went, latest first. What a level shows is in the prefix of those that were there after it,
 //! so that extracting it looks at about as many patches as it has, whatever came before.
 
+use crate::curved::model::CurvedModel;
 use crate::curved::patch::CubicPatch;
+use crate::topology::half_edges::HalfEdges;
 
 /// A patch and where it belongs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +15,8 @@ pub struct LevelPatch {
     pub patch: CubicPatch,
     /// The vertices at its corners.
     pub corners: [u32; 3],
+    /// Whether each of its curves AB, BC and CA is a crease.
+    pub creases: [bool; 3],
     /// Its points are no farther than this from those of the model that they stand for, and the other way round.
     pub error: f64,
     /// The first level that has it; level 0 is the model.
@@ -40,27 +44,45 @@ impl CurvedLevels {
         }
     }
 
-    /// How many levels there are; the last is the coarsest.
+    /// How many levels there are; level 0 is the model, the last is the coarsest.
     #[must_use]
-    pub fn level_count(&self) -> u32 {
-        self.prefixes.len() as u32
+    #[expect(clippy::len_without_is_empty, reason = "the model itself is always there")]
+    pub fn len(&self) -> usize {
+        self.prefixes.len()
+    }
+
+    /// How many patches a level has.
+    #[must_use]
+    pub fn patch_count(&self, level: usize) -> usize {
+        self.level(level).count()
+    }
+
+    /// One level as a model. Its vertices are numbered anew, in the order of their old numbers.
+    #[must_use]
+    pub fn model(&self, level: usize) -> CurvedModel {
+        let shown: Vec<&LevelPatch> = self.level(level).collect();
+        let mut vertices: Vec<u32> = shown.iter().flat_map(|patch| patch.corners).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let number = |corner: u32| vertices.partition_point(|&vertex| vertex < corner) as u32;
+        let corners = shown.iter().map(|patch| patch.corners.map(number)).collect();
+        CurvedModel {
+            patches: shown.iter().map(|patch| patch.patch).collect(),
+            topology: HalfEdges::new(vertices.len(), corners),
+            is_crease: shown.iter().flat_map(|patch| patch.creases).collect(),
+        }
     }
 
     /// The patches of one level; none past the last.
-    pub fn level(&self, level: u32) -> impl Iterator<Item = &LevelPatch> + Clone {
-        let count = self.prefixes.get(level as usize).copied().unwrap_or(0);
-        self.patches[..count].iter().filter(move |patch| patch.born <= level)
+    pub fn level(&self, level: usize) -> impl Iterator<Item = &LevelPatch> + Clone {
+        let count = self.prefixes.get(level).copied().unwrap_or(0);
+        let shown = self.patches[..count].iter();
+        shown.filter(move |patch| patch.born as usize <= level)
     }
 
     /// The largest error of a level's patches: no point of it is farther from the model, and none of the model from it.
     #[must_use]
-    pub fn error(&self, level: u32) -> f64 {
+    pub fn error(&self, level: usize) -> f64 {
         self.level(level).map(|patch| patch.error).fold(0.0, f64::max)
-    }
-
-    /// How many patches all levels have between them.
-    #[must_use]
-    pub fn patch_count(&self) -> usize {
-        self.patches.len()
     }
 }

@@ -17,8 +17,8 @@
 //! **What holds after every plan:** patches meet as before, to the bit; the surface is a manifold of the same topology, no two of
 //! its vertices joined by a new second edge; every patch's error bounds its distance from the part of the model it stands for,
 //! both ways: a merged patch's is what it deviates from each of its parts plus that part's own. A patch whose normals turn
-//! farther than [`Goal::least_cosine`] from its chord triangle's does not arise, nor one with a longer side than
-//! [`Goal::longest_side`].
+//! farther than [`Options::least_cosine`] from its chord triangle's does not arise, nor one with a longer side than
+//! [`Options::longest_side`].
 
 mod plan;
 mod search;
@@ -34,9 +34,9 @@ use crate::topology::half_edges::{NONE, edges_of, next};
 
 /// When to stop, and what may become of patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Goal {
+pub struct Options {
     /// No patch has a larger certified error, in the model's units.
-    pub error: f64,
+    pub max_error: f64,
     /// No level begins once there are so few patches.
     pub patches: usize,
     /// How far from straight on the edges of a pair may be, in radians, to begin with.
@@ -49,10 +49,10 @@ pub struct Goal {
     pub longest_side: f64,
 }
 
-impl Default for Goal {
+impl Default for Options {
     fn default() -> Self {
         Self {
-            error: f64::INFINITY,
+            max_error: f64::INFINITY,
             patches: 0,
             angle: 0.4,
             largest_angle: 1.2,
@@ -79,16 +79,16 @@ const STUCK: f64 = 0.01;
 /// How much more edges of a pair may deviate after a level that was stuck.
 const RELAXED: f64 = 1.5;
 
-/// Makes levels of detail of a model, each coarser than the one before.
-#[must_use]
-pub fn simplify(model: CurvedModel, goal: &Goal) -> CurvedLevels {
-    let mut simplifier = Simplifier::new(model, goal);
-    simplifier.run();
+/// Makes levels of detail of a model, each coarser than the one before. After each level `progress` is told how many patches
+/// are left.
+pub fn simplify(model: CurvedModel, options: &Options, progress: impl FnMut(usize)) -> CurvedLevels {
+    let mut simplifier = Simplifier::new(model, options);
+    simplifier.run(progress);
     simplifier.into_levels()
 }
 
 struct Simplifier {
-    goal: Goal,
+    options: Options,
     /// The surface; patches stay at their places until they are merged.
     model: CurvedModel,
     /// For each place.
@@ -108,11 +108,11 @@ struct Simplifier {
 }
 
 impl Simplifier {
-    fn new(model: CurvedModel, goal: &Goal) -> Self {
+    fn new(model: CurvedModel, options: &Options) -> Self {
         let vertices = model.topology.vertex_slots() as usize;
         let patches = model.patches.len();
         Self {
-            goal: *goal,
+            options: *options,
             model,
             errors: vec![0.0; patches],
             born: vec![0; patches],
@@ -123,14 +123,14 @@ impl Simplifier {
             costs: vec![f64::INFINITY; vertices],
             is_stale: vec![true; vertices],
             may_turn: vec![true; vertices],
-            angle: goal.angle,
+            angle: options.angle,
             limit: 0.0,
         }
     }
 
-    fn run(&mut self) {
+    fn run(&mut self, mut progress: impl FnMut(usize)) {
         let mut live: Vec<u32> = (0..self.tags.len() as u32).collect();
-        while self.patch_count > self.goal.patches {
+        while self.patch_count > self.options.patches {
             live.retain(|&vertex| self.model.topology.is_live(vertex));
             self.reset(&live);
             self.level += 1;
@@ -141,6 +141,7 @@ impl Simplifier {
                 self.level -= 1;
                 break;
             }
+            progress(self.patch_count);
         }
     }
 
@@ -155,7 +156,7 @@ impl Simplifier {
 
     /// Lets pairs deviate more; false where they cannot.
     fn relax(&mut self, live: &[u32]) -> bool {
-        let relaxed = (self.angle * RELAXED).min(self.goal.largest_angle);
+        let relaxed = (self.angle * RELAXED).min(self.options.largest_angle);
         let is_more = relaxed > self.angle;
         self.angle = relaxed;
         if is_more {
@@ -170,7 +171,7 @@ impl Simplifier {
         let mut order: Vec<u32> = live
             .iter()
             .copied()
-            .filter(|vertex| cost(vertex) <= self.goal.error)
+            .filter(|vertex| cost(vertex) <= self.options.max_error)
             .collect();
         order.sort_unstable_by(|a, b| cost(a).total_cmp(&cost(b)).then(a.cmp(b)));
         order.retain(|vertex| cost(vertex) < f64::INFINITY);
@@ -180,7 +181,7 @@ impl Simplifier {
         self.limit = self.limit.max(cost(&last));
         let mut removed = 0;
         for vertex in order {
-            if self.costs[vertex as usize] > self.limit || self.patch_count <= self.goal.patches {
+            if self.costs[vertex as usize] > self.limit || self.patch_count <= self.options.patches {
                 break;
             }
             let is_free = self.tags[vertex as usize] == Tag::Undecided && !self.is_stale[vertex as usize];
@@ -225,6 +226,7 @@ impl Simplifier {
         LevelPatch {
             patch: self.model.patches[slot as usize],
             corners: self.model.topology.triangles()[slot as usize],
+            creases: self.model.creases(slot),
             error: self.errors[slot as usize],
             born: self.born[slot as usize],
             died,
@@ -302,8 +304,8 @@ impl Simplifier {
             normal.normalize_or_zero().dot(chord)
         });
         made.patch.points.iter().all(|point: &DVec3| point.is_finite())
-            && longest.sqrt() <= self.goal.longest_side
-            && turns.into_iter().all(|cosine| cosine >= self.goal.least_cosine)
+            && longest.sqrt() <= self.options.longest_side
+            && turns.into_iter().all(|cosine| cosine >= self.options.least_cosine)
     }
 
     /// Turns edges of vertices that have too many, where that evens degrees out (§8.2, Fig. 7); how many.

@@ -79,12 +79,12 @@ fn no_level_is_farther_from_the_model_than_certified() {
         let model = bumpy(&mut random, round % 2 == 0);
         let given = samples(&model.patches, 6);
         let count = model.patches.len();
-        let levels = simplify(model, &Goal::default());
-        let last = levels.level_count() - 1;
+        let levels = simplify(model, &Options::default(), |_| ());
+        let last = levels.len() - 1;
         assert!(
-            levels.level(last).count() * 2 < count,
+            levels.patch_count(last) * 2 < count,
             "{} of {count}",
-            levels.level(last).count()
+            levels.patch_count(last)
         );
         for level in [last / 2, last] {
             let patches: Vec<CubicPatch> = levels.level(level).map(|patch| patch.patch).collect();
@@ -106,7 +106,7 @@ fn every_level_is_whole() {
     for is_closed in [false, true] {
         let model = bumpy(&mut random, is_closed);
         let given = (model.patches.to_vec(), model.corners().to_vec());
-        let levels = simplify(model, &Goal::default());
+        let levels = simplify(model, &Options::default(), |_| ());
         let first: Vec<_> = levels.level(0).map(|patch| (patch.corners, patch.error)).collect();
         assert_eq!(first.len(), given.1.len());
         assert!(
@@ -115,7 +115,7 @@ fn every_level_is_whole() {
                 .all(|(corners, error)| given.1.contains(corners) && *error == 0.0)
         );
         let mut counts = Vec::new();
-        for level in 0..levels.level_count() {
+        for level in 0..levels.len() {
             let patches: Vec<CubicPatch> = levels.level(level).map(|patch| patch.patch).collect();
             let corners: Vec<[u32; 3]> = levels.level(level).map(|patch| patch.corners).collect();
             counts.push(corners.len());
@@ -147,12 +147,12 @@ fn every_level_is_whole() {
 fn an_error_asked_for_is_kept() {
     let mut random = fastrand::Rng::with_seed(9);
     let model = bumpy(&mut random, true);
-    let goal = Goal {
-        error: 0.5,
-        ..Goal::default()
+    let options = Options {
+        max_error: 0.5,
+        ..Options::default()
     };
-    let levels = simplify(model, &goal);
-    let last = levels.level_count() - 1;
+    let levels = simplify(model, &options, |_| ());
+    let last = levels.len() - 1;
     assert!(levels.error(last) <= 0.5 && levels.error(last) > 0.0);
 }
 
@@ -165,8 +165,8 @@ fn creases_and_boundaries_keep_their_ends() {
         let ends = [model.topology.origin(edge), model.topology.end(edge)];
         model.is_crease[edge as usize] = ends.into_iter().all(middle);
     }
-    let levels = simplify(model, &Goal::default());
-    let last: Vec<LevelPatch> = levels.level(levels.level_count() - 1).copied().collect();
+    let levels = simplify(model, &Options::default(), |_| ());
+    let last: Vec<LevelPatch> = levels.level(levels.len() - 1).copied().collect();
     let uses = |vertex: u32| last.iter().any(|patch| patch.corners.contains(&vertex));
     for corner in [
         0,
