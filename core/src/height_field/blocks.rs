@@ -181,7 +181,8 @@ impl<'a> Relief<'a> {
         let sample = |column: usize, row: usize| {
             let (x, y) = (column.min(across.end - 1), row.min(down.end - 1));
             let place = [column - x / CHUNK * CHUNK, row - y / CHUNK * CHUNK];
-            let is_inside = column >= across.start && row >= down.start;
+            // The last blocks have a corner after their first.
+            let is_inside = (across.start..=across.end).contains(&column) && (down.start..=down.end).contains(&row);
             let sample = is_inside.then(|| self.of_chunk(level, x, y, |chunk| chunk.sample(place[0], place[1])));
             sample.flatten().unwrap_or(f32::NAN)
         };
