@@ -200,10 +200,13 @@ fn there_are_no_samples_beyond_the_last_blocks() {
     });
     let relief = Relief::new(&chunks, 0..size, 0..size);
     for level in [0, 1, 2] {
-        let last = 2 * CHUNK >> level;
+        let last = (2 * CHUNK) >> level;
         let found = relief.samples(level, last..last + 3, last..last + 2);
         assert_eq!(found[0], 1.0);
-        assert!(found[1..].iter().all(|sample| sample.is_nan()), "level {level}: {found:?}");
+        assert!(
+            found[1..].iter().all(|sample| sample.is_nan()),
+            "level {level}: {found:?}"
+        );
     }
 }
 

@@ -1,3 +1,5 @@
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
 use super::*;
 
 /// Samples of a paraboloid under four triangles around a vertex, as that would ask for them.
