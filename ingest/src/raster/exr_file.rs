@@ -8,6 +8,7 @@ use exr::meta::MetaData;
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 
 use super::layout::{self, Layout};
+use super::vertical::HeightReference;
 use super::{ReadError, ReadOptions, crs};
 
 /// Channels that hold heights, the likeliest first.
@@ -40,7 +41,10 @@ impl ExrFile {
             .bounds
             .ok_or_else(|| ReadError::NoPosition(path.to_owned()))?;
         let to_crs = layout::from_bounds(bounds, columns, rows)?;
-        let layout = Layout::new(path, (columns, rows), to_crs, &crs::from_user(definition)?)?;
+        let reference = crs::from_user(definition)?;
+        let of_crs = crs::vertical_datum(&reference);
+        let heights = HeightReference::of_file(path, of_crs, None, &options.overrides.vertical)?;
+        let layout = Layout::new(path, (columns, rows), to_crs, &reference, heights)?;
         Ok(Self {
             layout,
             whole: OnceLock::new(),

@@ -6,15 +6,16 @@ use std::sync::Once;
 
 use gdal::raster::RasterBand;
 use gdal::spatial_ref::SpatialRef;
-use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags};
+use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags, Metadata};
 
 use super::layout::{self, Layout};
+use super::vertical::HeightReference;
 use super::{ReadError, ReadOptions, crs, units};
 use crate::progress::Progress;
 
 /// Formats of elevation data whose drivers read the named file and its plain side files, nothing else. VRT and its
 /// like are left out on purpose: they name other files and addresses.
-const DRIVERS: [&str; 19] = [
+const DRIVERS: [&str; 21] = [
     "AAIGrid",
     "AIG",
     "BAG",
@@ -25,16 +26,20 @@ const DRIVERS: [&str; 19] = [
     "GRIB",
     "GSAG",
     "GSBG",
+    "GTX",
     "GTiff",
     "GXF",
     "HFA",
     "JP2OpenJPEG",
     "netCDF",
     "PNG",
+    "PNM",
     "SRTMHGT",
     "USGSDEM",
     "XYZ",
 ];
+/// Tags in which files say what their heights are above.
+const TAGS: [&str; 2] = ["VERTICAL_DATUM", "vertical_datum"];
 /// Megabytes of unpacked blocks that GDAL may keep, all files together.
 const BLOCK_CACHE: &str = "32";
 
@@ -177,7 +182,15 @@ fn layout(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Layou
             layout::from_corner_based(transform)
         }
     };
-    Layout::new(path, (columns, rows), to_crs, &reference)
+    // What a user says of places need not say anything of heights.
+    let own = || dataset.spatial_ref().ok().as_ref().and_then(crs::vertical_datum);
+    let heights = HeightReference::of_file(
+        path,
+        crs::vertical_datum(&reference).or_else(own),
+        TAGS.iter().find_map(|tag| dataset.metadata_item(tag, "")),
+        &options.overrides.vertical,
+    )?;
+    Layout::new(path, (columns, rows), to_crs, &reference, heights)
 }
 
 fn reference(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<SpatialRef, ReadError> {

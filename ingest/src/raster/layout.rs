@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use gdal::spatial_ref::SpatialRef;
 use glam::{DAffine2, DMat2, DVec2};
 
+use super::vertical::HeightReference;
 use super::{ReadError, crs};
 use crate::georeference::Crs;
 
@@ -18,7 +19,7 @@ pub(super) struct Layout {
     pub(super) crs: Crs,
     /// Whether x is a longitude in degrees.
     pub(super) is_in_degrees: bool,
-    pub(super) vertical_datum: String,
+    pub(super) heights: HeightReference,
 }
 
 impl Layout {
@@ -27,6 +28,7 @@ impl Layout {
         (columns, rows): (usize, usize),
         to_crs: DAffine2,
         reference: &SpatialRef,
+        heights: HeightReference,
     ) -> Result<Self, ReadError> {
         Ok(Self {
             path: path.to_owned(),
@@ -35,7 +37,7 @@ impl Layout {
             to_crs,
             crs: crs::describe(reference).ok_or_else(|| ReadError::NoCrs(path.to_owned()))?,
             is_in_degrees: crs::is_in_degrees(reference),
-            vertical_datum: crs::vertical_datum(reference),
+            heights,
         })
     }
 }
