@@ -1,12 +1,14 @@
 //! Elevation rasters: opened together as one lattice of samples, and read by rectangles, in metres, voids as NaN.
 
 mod crs;
+mod drivers;
 mod error;
 mod exr_file;
 mod gdal_file;
 mod layout;
 mod mosaic;
 mod options;
+mod placement;
 mod record;
 mod remark;
 mod units;
@@ -117,7 +119,7 @@ impl Rasters {
     pub fn grid(self) -> Result<HeightGrid, ReadError> {
         let [columns, rows] = self.size();
         let path = &self.files[0].layout().path;
-        layout::check_size(path, columns, rows, self.limits.samples_in_memory)?;
+        placement::check_size(path, columns, rows, self.limits.samples_in_memory)?;
         self.progress.stage("reading samples", (columns * rows) as u64);
         let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
         self.progress.done();

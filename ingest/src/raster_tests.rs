@@ -17,7 +17,7 @@ struct Folder(TempDir);
 
 impl Folder {
     fn new() -> Self {
-        gdal_file::prepare_gdal();
+        drivers::prepare_gdal();
         Self(tempfile::tempdir().unwrap())
     }
 

@@ -13,7 +13,7 @@ mod product;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -231,19 +231,6 @@ fn known_datum(
         None if asked.geoid.is_some() => (Datum::Named("the geoid of --geoid".to_owned()), "--geoid".to_owned()),
         None => (Datum::Unspecified, String::new()),
     })
-}
-
-/// Where PROJ's grids may be.
-fn grid_folders() -> Vec<PathBuf> {
-    let of_environment = ["PROJ_DATA", "PROJ_LIB"].into_iter().filter_map(std::env::var_os);
-    let mut folders: Vec<PathBuf> = of_environment
-        .flat_map(|folders| std::env::split_paths(&folders).collect::<Vec<_>>())
-        .collect();
-    if let Some(home) = std::env::home_dir() {
-        folders.push(home.join(".local/share/proj"));
-    }
-    folders.extend(["/usr/local/share/proj", "/usr/share/proj"].map(PathBuf::from));
-    folders
 }
 
 #[cfg(test)]

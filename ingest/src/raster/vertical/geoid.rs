@@ -8,7 +8,8 @@ use std::sync::{Arc, LazyLock, Mutex};
 use gdal::Dataset;
 use glam::DVec2;
 
-use super::super::{ReadError, gdal_file, layout};
+use super::super::drivers::prepare_gdal;
+use super::super::{ReadError, placement};
 use super::datum::Datum;
 
 /// Nodes of a grid, at most: the one of EGM2008 at 1′ has 233 million.
@@ -56,12 +57,12 @@ impl Geoid {
     }
 
     fn read(path: &Path) -> Result<Self, ReadError> {
-        gdal_file::prepare_gdal();
+        prepare_gdal();
         let unreadable = |error| ReadError::gdal(path, error);
         std::fs::metadata(path).map_err(|error| ReadError::unreadable(path, error))?;
         let dataset = Dataset::open(path).map_err(unreadable)?;
         let (columns, rows) = dataset.raster_size();
-        layout::check_size(path, columns, rows, MOST_NODES)?;
+        placement::check_size(path, columns, rows, MOST_NODES)?;
         let band = dataset.rasterband(1).map_err(unreadable)?;
         let window = band
             .read_as::<f32>((0, 0), (columns, rows), (columns, rows), None)
@@ -80,7 +81,7 @@ impl Geoid {
         }
         let (first, step) = match dataset.geo_transform() {
             Ok(transform) => {
-                let to_degrees = layout::from_corner_based(transform);
+                let to_degrees = placement::from_corner_based(transform);
                 (to_degrees.translation, DVec2::new(transform[1], transform[5]))
             }
             // GeographicLib's files begin at 0° E, 90° N, and go around the whole Earth.
@@ -150,7 +151,7 @@ fn find(raster: &Path, datum: &Datum) -> Result<PathBuf, ReadError> {
             hint: "name the grid of its height above the ellipsoid by --geoid".to_owned(),
         });
     };
-    let folders = super::grid_folders();
+    let folders = folders();
     let found = model.grids.iter().find_map(|grid| {
         let path = |folder: &PathBuf| folder.join(grid);
         folders.iter().map(path).find(|path| path.is_file())
@@ -181,4 +182,17 @@ fn scale_of_pgm(path: &Path) -> Option<(f64, f64)> {
         offset = offset.or_else(|| value("# Offset "));
     }
     scale.zip(offset)
+}
+
+/// Where PROJ's grids may be.
+fn folders() -> Vec<PathBuf> {
+    let of_environment = ["PROJ_DATA", "PROJ_LIB"].into_iter().filter_map(std::env::var_os);
+    let mut folders: Vec<PathBuf> = of_environment
+        .flat_map(|folders| std::env::split_paths(&folders).collect::<Vec<_>>())
+        .collect();
+    if let Some(home) = std::env::home_dir() {
+        folders.push(home.join(".local/share/proj"));
+    }
+    folders.extend(["/usr/local/share/proj", "/usr/share/proj"].map(PathBuf::from));
+    folders
 }
