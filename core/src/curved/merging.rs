@@ -165,11 +165,9 @@ pub fn triangle_in_triangle(patch: &CubicPatch, ts: [f64; 3]) -> [CubicPatch; 4]
 
 /// A patch from its corners and the inner control points of its curves AB, BC and CA.
 #[must_use]
-pub fn with_average_centre([a, b, c]: [DVec3; 3], [ab, bc, ca]: [[DVec3; 2]; 3]) -> CubicPatch {
+pub fn with_average_centre(corners: [DVec3; 3], [ab, bc, ca]: [[DVec3; 2]; 3]) -> CubicPatch {
     let centre = (ab[0] + ab[1] + bc[0] + bc[1] + ca[0] + ca[1]) / 6.0;
-    CubicPatch {
-        points: [a, ab[0], ca[1], ab[1], centre, ca[0], b, bc[0], bc[1], c],
-    }
+    CubicPatch::from_curves(corners, [ab, bc, ca], centre)
 }
 
 /// Patches (E0, E1, F0) and (E1, E0, F1) as (F0, E0, F1) and (F1, E1, F0): both are cut where the straight diagonals
@@ -195,7 +193,7 @@ pub fn swap_diagonal([left, right]: [&CubicPatch; 2]) -> Option<Swapped> {
 }
 
 /// Where two straight lines come closest, as parameters between their ends; none where that is not inside both.
-fn crossing([e0, e1]: [DVec3; 2], [f0, f1]: [DVec3; 2]) -> Option<(f64, f64)> {
+pub(crate) fn crossing([e0, e1]: [DVec3; 2], [f0, f1]: [DVec3; 2]) -> Option<(f64, f64)> {
     let (e, f, between) = (e1 - e0, f1 - f0, f0 - e0);
     let normal = e.cross(f);
     let t = between.cross(f).dot(normal) / normal.length_squared();

@@ -36,6 +36,14 @@ pub const CENTRE: usize = 4;
 const ROTATED: [usize; 10] = [6, 7, 3, 8, 4, 1, 9, 5, 2, 0];
 
 impl CubicPatch {
+    /// A patch from its corners, the inner control points of its curves AB, BC and CA, and its centre.
+    #[must_use]
+    pub fn from_curves([a, b, c]: [DVec3; 3], [ab, bc, ca]: [[DVec3; 2]; 3], centre: DVec3) -> Self {
+        Self {
+            points: [a, ab[0], ca[1], ab[1], centre, ca[0], b, bc[0], bc[1], c],
+        }
+    }
+
     /// The point at barycentric coordinates (u, v, w), which sum up to 1.
     #[must_use]
     pub fn point(&self, at: DVec3) -> DVec3 {

@@ -59,8 +59,32 @@ pub(crate) struct Ring {
 }
 
 impl Ring {
+    pub(crate) fn new(leaving: SmallVec<[u32; 8]>) -> Self {
+        Self {
+            ends: SmallVec::new(),
+            directions: SmallVec::new(),
+            creases: SmallVec::new(),
+            leaving,
+        }
+    }
+
+    /// Appends an edge: where it leads, how it starts, whether it is a crease.
+    pub(crate) fn push(&mut self, end: u32, direction: DVec3, is_crease: bool) {
+        self.ends.push(end);
+        self.directions.push(direction);
+        self.creases.push(is_crease);
+    }
+
     pub(crate) fn is_boundary(&self) -> bool {
         self.ends.len() > self.leaving.len()
+    }
+
+    pub(crate) fn is_crease(&self, place: usize) -> bool {
+        self.creases[place]
+    }
+
+    pub(crate) fn has_crease(&self) -> bool {
+        self.creases.contains(&true)
     }
 
     fn angle(&self, first: usize, second: usize) -> f64 {
@@ -79,12 +103,7 @@ impl Ring {
 
 impl CurvedModel {
     pub(crate) fn ring(&self, vertex: u32) -> Ring {
-        let mut ring = Ring {
-            ends: SmallVec::new(),
-            directions: SmallVec::new(),
-            creases: SmallVec::new(),
-            leaving: self.topology.leaving(vertex).collect(),
-        };
+        let mut ring = Ring::new(self.topology.leaving(vertex).collect());
         for index in 0..ring.leaving.len() {
             let edge = ring.leaving[index];
             self.push_edge(&mut ring, edge, [0, 1], self.topology.end(edge));
@@ -101,9 +120,7 @@ impl CurvedModel {
     fn push_edge(&self, ring: &mut Ring, edge: u32, along: [usize; 2], end: u32) {
         let points = &self.patches[edge as usize / 3].points;
         let [from, to] = along.map(|place| points[CURVES[edge as usize % 3][place]]);
-        ring.ends.push(end);
-        ring.directions.push(to - from);
-        ring.creases.push(self.is_crease[edge as usize]);
+        ring.push(end, to - from, self.is_crease[edge as usize]);
     }
 
     /// The mergeable pairs of a vertex whose edges deviate by `tolerance` radians at most.

@@ -1,0 +1,412 @@
+//! Curved levels of detail by merging patches (§7, §8), each with a certified error (§10).
+//!
+//! ```text
+//! for each iteration, until few enough patches are left:
+//!     estimate what each vertex's removal certifies, where its surroundings have changed: by its best mergeable pair
+//!     the limit ← what the iteration before had, or more where that removed little
+//!     tag every vertex undecided
+//!     for each vertex within the limit, by its estimate, least first:
+//!         if it is undecided, and a plan is found for it:
+//!             match one side of its mergeable pair: T, or a swap and then T
+//!             match the other one: T, 2T, T-in-T, or a swap and then T
+//!             match, by the same rules, the other side of each vertex that 2T and T-in-T remove
+//!             fit the new patches to the pieces of the model that they stand for, and measure them
+//!             if they keep the limit and the guards: swap, merge, tag vertices removed and retained
+//!     where no vertex can go: turn edges that take from vertices of high degree, and let pairs deviate more
+//! ```
+//! A plan tags vertices as it grows, so that no vertex goes that another pattern needs as a corner.
+//!
+//! **What holds after every plan:** patches meet as before, to the bit, since they share their curves; the surface is a manifold
+//! of the same topology, no two of its vertices joined by a new second edge; every patch's error bounds its distance from the
+//! part of the model it stands for, both ways ([`pieces`]). A patch whose normals turn farther than
+//! [`Options::least_cosine`] from its chord triangle's does not arise, nor one with a longer side than
+//! [`Options::longest_side`].
+
+mod curves;
+mod pieces;
+mod plan;
+mod search;
+mod surface;
+
+use glam::DVec3;
+use smallvec::SmallVec;
+
+use self::pieces::{Cell, Piece};
+use self::plan::{Made, Plan, Tag, Target};
+use self::search::{Reach, is_star};
+use self::surface::Surface;
+use crate::curved::levels::{CurveUse, CurvedLevels, ROUNDING};
+use crate::curved::model::CurvedModel;
+use crate::curved::patch::{CENTRE, CubicPatch};
+use crate::topology::half_edges::NONE;
+
+/// When to stop, and what may become of patches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// No patch has a larger certified error, in the model's units.
+    pub max_error: f64,
+    /// Nothing is merged once there are so few patches.
+    pub patches: usize,
+    /// How far from straight on the edges of a pair may be, in radians, to begin with.
+    pub angle: f64,
+    /// The same where nothing else is left.
+    pub largest_angle: f64,
+    /// The curvature guard: the least cosine between a new patch's normals at its corners and the normal of its corners' triangle.
+    pub least_cosine: f64,
+    /// The size guard: the longest distance between two corners of a new patch.
+    pub longest_side: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            max_error: f64::INFINITY,
+            patches: 0,
+            angle: 1.2,
+            largest_angle: 1.5,
+            least_cosine: 0.2,
+            longest_side: f64::INFINITY,
+        }
+    }
+}
+
+/// A level is finished once so large a part of its vertices was removed.
+const LEVEL: f64 = 0.02;
+
+/// Where an iteration removes a smaller part of all vertices, the next one's limit grows.
+const PACE: f64 = 0.04;
+
+/// How much it grows.
+const GROWTH: f64 = 1.25;
+
+/// How much more edges of a pair may deviate when nothing else is left.
+const RELAXED: f64 = 1.5;
+
+/// How much of what was found for a vertex is expected after its surroundings have changed.
+const REMEMBERED: f64 = 0.8;
+
+/// Patterns that remove more vertices are looked for where a pair's curve deviates by less than this share of the limit.
+const SMOOTH: f64 = 0.25;
+
+/// So many pairs of a vertex are tried.
+const MOST_PAIRS: usize = 2;
+
+/// Makes levels of detail of a model, each coarser than the one before. After each iteration `progress` is told how many
+/// patches are left.
+pub fn simplify(model: CurvedModel, options: &Options, progress: impl FnMut(usize)) -> CurvedLevels {
+    let mut simplifier = Simplifier::new(model, options);
+    simplifier.run(progress);
+    simplifier.surface.into_levels()
+}
+
+struct Simplifier {
+    options: Options,
+    surface: Surface,
+    tags: Vec<Tag>,
+    /// What the removal of each vertex certifies, as it is estimated or was found; infinite where it cannot be removed.
+    costs: Vec<f64>,
+    /// What was last found for each vertex.
+    found: Vec<f64>,
+    is_stale: Vec<bool>,
+    /// Whether the edges around each vertex were not looked at since they changed.
+    may_turn: Vec<bool>,
+    angle: f64,
+    limit: f64,
+    /// Vertices removed since the level began.
+    removed: usize,
+    scratch: Vec<(DVec3, f64, f64)>,
+}
+
+impl Simplifier {
+    fn new(model: CurvedModel, options: &Options) -> Self {
+        let vertices = model.topology.vertex_slots() as usize;
+        let points = model.patches.iter().flat_map(|patch| patch.points);
+        let largest_coordinate = points.fold(0.0, |largest: f64, point| largest.max(point.abs().max_element()));
+        Self {
+            options: *options,
+            surface: Surface::new(model),
+            tags: vec![Tag::Undecided; vertices],
+            costs: vec![f64::INFINITY; vertices],
+            found: vec![0.0; vertices],
+            is_stale: vec![true; vertices],
+            may_turn: vec![true; vertices],
+            angle: options.angle,
+            limit: ROUNDING * largest_coordinate,
+            removed: usize::MAX,
+            scratch: Vec::new(),
+        }
+    }
+
+    fn run(&mut self, mut progress: impl FnMut(usize)) {
+        let mut live: Vec<u32> = (0..self.tags.len() as u32).collect();
+        while self.surface.patch_count > self.options.patches {
+            live.retain(|&vertex| self.surface.topology.is_live(vertex));
+            self.refresh(&live);
+            let least = live.iter().map(|&vertex| self.costs[vertex as usize]);
+            let least = least.fold(f64::INFINITY, f64::min);
+            self.begin_level(live.len());
+            if least > self.options.max_error || least == f64::INFINITY {
+                if !self.unstick(&live) {
+                    break;
+                }
+                continue;
+            }
+            self.limit = self.limit.max(least);
+            let removed = self.iterate(&live);
+            self.removed += removed;
+            if (removed as f64) < PACE * live.len() as f64 {
+                self.limit = (self.limit * GROWTH).min(self.options.max_error);
+            }
+            progress(self.surface.patch_count);
+        }
+        if self.removed == 0 {
+            self.surface.level -= 1;
+        }
+    }
+
+    fn begin_level(&mut self, live: usize) {
+        if self.removed as f64 >= LEVEL * live as f64 {
+            self.surface.level += 1;
+            self.removed = 0;
+        }
+    }
+
+    fn refresh(&mut self, live: &[u32]) {
+        for &vertex in live {
+            self.tags[vertex as usize] = Tag::Undecided;
+            if std::mem::replace(&mut self.is_stale[vertex as usize], false) {
+                self.costs[vertex as usize] = self.estimate(vertex);
+            }
+        }
+    }
+
+    /// What a vertex's removal will certify, more or less.
+    fn estimate(&self, vertex: u32) -> f64 {
+        let ring = self.surface.ring(vertex);
+        let present = ring.leaving.iter().map(|edge| self.surface.error(edge / 3));
+        let present = present.fold(0.0, f64::max);
+        if is_star(&ring) {
+            return present;
+        }
+        match self.candidates(&ring).first() {
+            Some(best) => present
+                .hypot(best.curve.deviation)
+                .max(REMEMBERED * self.found[vertex as usize]),
+            None => f64::INFINITY,
+        }
+    }
+
+    /// One pass over the vertices within the limit, cheapest first; how many went.
+    fn iterate(&mut self, live: &[u32]) -> usize {
+        let cost = |vertex: u32| self.costs[vertex as usize];
+        let mut order: Vec<u32> = live
+            .iter()
+            .copied()
+            .filter(|&vertex| cost(vertex) <= self.limit)
+            .collect();
+        order.sort_unstable_by(|&a, &b| cost(a).total_cmp(&cost(b)).then(a.cmp(&b)));
+        let mut removed = 0;
+        for vertex in order {
+            if self.surface.patch_count <= self.options.patches {
+                break;
+            }
+            if self.tags[vertex as usize] == Tag::Undecided && !self.is_stale[vertex as usize] {
+                removed += self.remove(vertex);
+            }
+        }
+        removed
+    }
+
+    /// Removes a vertex, and more where patterns ask for it; how many.
+    fn remove(&mut self, vertex: u32) -> usize {
+        let ring = self.surface.ring(vertex);
+        let mut cost = f64::INFINITY;
+        if is_star(&ring) {
+            let plan = self.plan_star(vertex, &ring);
+            match plan.map(|plan| self.attempt(&plan)) {
+                Some(Ok(removed)) => return removed,
+                Some(Err(found)) => cost = found,
+                None => {}
+            }
+        } else {
+            for candidate in self.candidates(&ring).iter().take(MOST_PAIRS) {
+                let is_smooth = candidate.curve.deviation <= SMOOTH * self.limit;
+                let reaches: &[Reach] = if is_smooth {
+                    &[Reach::More, Reach::Alone]
+                } else {
+                    &[Reach::Alone]
+                };
+                for &reach in reaches {
+                    let Some(plan) = self.plan(vertex, &ring, candidate, reach) else {
+                        continue;
+                    };
+                    if reach == Reach::More && plan.removed.len() == 1 {
+                        continue;
+                    }
+                    match self.attempt(&plan) {
+                        Ok(removed) => return removed,
+                        Err(found) => cost = cost.min(found),
+                    }
+                }
+            }
+        }
+        self.costs[vertex as usize] = cost;
+        self.found[vertex as usize] = if cost.is_finite() { cost } else { 0.0 };
+        0
+    }
+
+    /// Performs a plan if it keeps the limit: how many vertices went, or else what it would certify at least.
+    fn attempt(&mut self, plan: &Plan) -> Result<usize, f64> {
+        if plan.deviation > self.limit {
+            return Err(plan.deviation);
+        }
+        let made = self.make(plan)?;
+        for &(vertex, tag) in &plan.tags {
+            self.tags[vertex as usize] = tag;
+        }
+        for &(vertex, _) in &plan.removed {
+            self.costs[vertex as usize] = f64::INFINITY;
+        }
+        let placed = self.surface.perform(plan, made);
+        placed.iter().for_each(|&slot| self.expire_around(slot));
+        Ok(plan.removed.len())
+    }
+
+    /// What the removals of the vertices around a new patch cost has to be found anew.
+    fn expire_around(&mut self, slot: u32) {
+        let topology = &self.surface.topology;
+        for corner in topology.triangles()[slot as usize] {
+            self.is_stale[corner as usize] = true;
+            self.may_turn[corner as usize] = true;
+            for edge in topology.leaving(corner) {
+                self.is_stale[topology.end(edge) as usize] = true;
+                self.is_stale[topology.apex(edge) as usize] = true;
+            }
+        }
+    }
+
+    /// Makes all patches of a plan, or tells what the first that is not allowed has for an error. What is too far from the
+    /// present patches is not measured against the pieces of the model.
+    fn make(&mut self, plan: &Plan) -> Result<Vec<Made>, f64> {
+        self.make_from(plan, |surface, slot, cell, targets| {
+            cell.carry(&Piece::whole(surface.patch_at(3 * slot), 0.0), targets);
+        })?;
+        self.make_from(plan, |surface, slot, cell, targets| {
+            surface.pieces_of(slot, |piece| cell.carry(piece, targets));
+        })
+    }
+
+    fn make_from(
+        &mut self,
+        plan: &Plan,
+        carry: impl Fn(&Surface, u32, &Cell, &mut [Vec<Piece>]),
+    ) -> Result<Vec<Made>, f64> {
+        let mut made = Vec::new();
+        for side in &plan.sides {
+            let mut carried: SmallVec<[Vec<Piece>; 2]> = side.targets.iter().map(|_| Vec::new()).collect();
+            for (slot, cell) in side.slots.iter().zip(&side.cells) {
+                carry(&self.surface, *slot, cell, &mut carried);
+            }
+            for (target, pieces) in side.targets.iter().zip(carried) {
+                made.push(self.make_one(plan, target, pieces)?);
+            }
+        }
+        Ok(made)
+    }
+
+    fn make_one(&mut self, plan: &Plan, target: &Target, pieces: Vec<Piece>) -> Result<Made, f64> {
+        let mut patch = self.patch_of(plan, target);
+        let (centre, error) = pieces::fit_centre(&patch, &pieces, &mut self.scratch);
+        patch.points[CENTRE] = centre;
+        if error > self.limit {
+            return Err(error);
+        }
+        if !self.is_allowed(&patch) {
+            return Err(f64::INFINITY);
+        }
+        Ok(Made { centre, error, pieces })
+    }
+
+    /// A target without its centre.
+    fn patch_of(&self, plan: &Plan, target: &Target) -> CubicPatch {
+        let frame = &self.surface.frame;
+        let inner = |use_of: CurveUse| match use_of.curve().checked_sub(frame.curves.len()) {
+            None => frame.inner(use_of),
+            Some(new) => use_of.directed(plan.curves[new].inner),
+        };
+        let [a, b, c] = target.corners.map(|corner| self.surface.position(corner));
+        let [ab, bc, ca] = target.curves.map(inner);
+        CubicPatch::from_curves([a, b, c], [ab, bc, ca], DVec3::ZERO)
+    }
+
+    /// Whether a patch may arise in the place of others (§8: curvature and size).
+    fn is_allowed(&self, patch: &CubicPatch) -> bool {
+        let points = &patch.points;
+        let [a, b, c] = [points[0], points[6], points[9]];
+        let Some(chord) = (b - a).cross(c - a).try_normalize() else {
+            return false;
+        };
+        let longest = a
+            .distance_squared(b)
+            .max(b.distance_squared(c))
+            .max(c.distance_squared(a));
+        let fans = [[1, 2, 0], [7, 3, 6], [5, 8, 9]];
+        let turns = fans.map(|[first, second, corner]| {
+            let normal = (points[first] - points[corner]).cross(points[second] - points[corner]);
+            normal.normalize_or_zero().dot(chord)
+        });
+        points.iter().all(|point: &DVec3| point.is_finite())
+            && longest.sqrt() <= self.options.longest_side
+            && turns.into_iter().all(|cosine| cosine >= self.options.least_cosine)
+    }
+
+    /// Where no vertex can go (§8.2); false where there is nothing to do.
+    fn unstick(&mut self, live: &[u32]) -> bool {
+        let turned = self.reduce_degrees(live);
+        self.removed += turned;
+        let relaxed = (self.angle * RELAXED).min(self.options.largest_angle);
+        let is_more = relaxed > self.angle;
+        self.angle = relaxed;
+        if is_more {
+            live.iter().for_each(|&vertex| self.is_stale[vertex as usize] = true);
+        }
+        is_more || turned > 0
+    }
+
+    /// Turns edges of vertices that have too many, where that evens degrees out (§8.2, Fig. 7); how many.
+    fn reduce_degrees(&mut self, live: &[u32]) -> usize {
+        let mut turned = 0;
+        for &vertex in live {
+            while std::mem::replace(&mut self.may_turn[vertex as usize], false)
+                && self.surface.topology.leaving(vertex).count() > 6
+            {
+                turned += usize::from(self.turn_one_of(vertex));
+            }
+        }
+        turned
+    }
+
+    /// Swaps the first of a vertex's edges that can be.
+    fn turn_one_of(&mut self, vertex: u32) -> bool {
+        let edges: SmallVec<[u32; 8]> = self.surface.topology.leaving(vertex).collect();
+        edges.into_iter().any(|edge| {
+            let plan = self.evens_out(edge).then(|| self.plan_swap(edge)).flatten();
+            plan.is_some_and(|plan| self.attempt(&plan).is_ok())
+        })
+    }
+
+    fn evens_out(&self, edge: u32) -> bool {
+        let topology = &self.surface.topology;
+        if topology.twin(edge) == NONE || self.surface.is_crease(edge) {
+            return false;
+        }
+        let [from, to, left, right] = topology
+            .quadrilateral(edge)
+            .map(|corner| topology.leaving(corner).count());
+        from + to > left + right + 2
+    }
+}
+
+#[cfg(test)]
+#[path = "simplify_tests.rs"]
+mod tests;
