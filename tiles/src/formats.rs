@@ -2,6 +2,7 @@
 //! programs'.
 
 pub mod bezier;
+pub mod clod;
 #[cfg(test)]
 #[path = "formats/damage_tests.rs"]
 mod damage;

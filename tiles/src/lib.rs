@@ -10,6 +10,7 @@
 //! formats, readers beside writers
 //!   spt             a progressive tile                        read, written      docs/formats/spt.md
 //!   spm             a progressive mesh of any manifold        read, written      docs/formats/spm.md
+//!   clod            curved levels of detail                   read, written      docs/formats/clod.md
 //!   lod             a multilevel mesh as text                 read, written      (the papers' grammar)
 //!   ply, obj, gltf  a mesh of polygons                        read, written
 //!   stl, off        a mesh of polygons                        read

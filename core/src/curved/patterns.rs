@@ -63,6 +63,10 @@ impl Ring {
         self.ends.len() > self.leaving.len()
     }
 
+    pub(crate) fn has_crease(&self) -> bool {
+        self.creases.contains(&true)
+    }
+
     fn angle(&self, first: usize, second: usize) -> f64 {
         let (a, b) = (-self.directions[first], self.directions[second]);
         a.cross(b).length().atan2(a.dot(b))

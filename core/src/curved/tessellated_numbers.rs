@@ -1,8 +1,9 @@
 //! Numbers for the vertices of a tessellation, and for its normals, of which a crease has two.
 
+use crate::curved::corner_normals::smooth_fans;
 use crate::curved::model::CurvedModel;
 use crate::curved::patch_lattice::{PatchLattice, Place};
-use crate::topology::half_edges::{NONE, next};
+use crate::topology::half_edges::NONE;
 
 /// Where the numbers of each patch's corners, of each half-edge's cuts and of the places inside each patch begin.
 pub(crate) struct Numbering {
@@ -26,7 +27,7 @@ impl Numbering {
     /// Patches share numbers along edges that are no creases.
     pub(crate) fn of_normals(model: &CurvedModel, pieces: &[u32], inside: &[u32]) -> Self {
         let is_smooth = |edge: u32| !model.is_crease[edge as usize];
-        let fans = smooth_fans(model, is_smooth);
+        let fans = smooth_fans(&model.topology, is_smooth);
         Self::new(model, fans, pieces, inside, is_smooth)
     }
 
@@ -82,34 +83,4 @@ impl Numbering {
             Place::Inside(at) => self.inside[patch] + lattice.number_inside(at),
         }
     }
-}
-
-/// For each patch's corner the least of those that smooth edges join it to.
-fn smooth_fans(model: &CurvedModel, is_smooth: impl Fn(u32) -> bool) -> Vec<u32> {
-    let mut fans: Vec<u32> = (0..model.is_crease.len() as u32).collect();
-    for edge in 0..fans.len() as u32 {
-        let twin = model.topology.twin(edge);
-        if twin != NONE && is_smooth(edge) {
-            join(&mut fans, edge, next(twin));
-            join(&mut fans, next(edge), twin);
-        }
-    }
-    (0..fans.len() as u32)
-        .map(|corner| first_of(&mut fans, corner))
-        .collect()
-}
-
-fn join(fans: &mut [u32], one: u32, other: u32) {
-    let [one, other] = [one, other].map(|corner| first_of(fans, corner));
-    fans[one.max(other) as usize] = one.min(other);
-}
-
-/// The first of a corner's fan; halves the way to it.
-fn first_of(fans: &mut [u32], mut corner: u32) -> u32 {
-    while fans[corner as usize] != corner {
-        let beyond = fans[fans[corner as usize] as usize];
-        fans[corner as usize] = beyond;
-        corner = beyond;
-    }
-    corner
 }
