@@ -361,7 +361,11 @@ impl Plane<'_> {
         };
         let [a, b, c] = self.corners;
         let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).length()));
+        let nearly = self.nearly(curvature, grid, margin);
         relief.visit_samples(grid, margin, may_matter, |at, height| {
+            if !worst.may_grow(nearly.largest_difference(at, height)) {
+                return;
+            }
             let (difference, up, point) = self.difference(at, height);
             let covers = |&(p, q, least): &(DVec3, DVec3, f64)| up.dot((p - point).cross(q - point)) >= least;
             if difference.abs() > worst.get() && sides.iter().all(covers) {
@@ -369,6 +373,45 @@ impl Plane<'_> {
             }
         });
         worst.get()
+    }
+
+    /// The plane's heights over a square around a triangle on the grid, bilinear between its corners.
+    fn nearly(&self, curvature: &Curvature, grid: [DVec2; 3], margin: f64) -> Nearly {
+        let [a, b, c] = grid;
+        // Places of whole columns and rows are known.
+        let low = (a.min(b).min(c) - margin).floor().max(DVec2::ZERO);
+        let high = (a.max(b).max(c) + margin).ceil();
+        let mut square = Block {
+            first: low,
+            side: (high - low).max_element().max(1.0),
+            patch: [0.0; 4],
+            residual: [0.0; 2],
+        };
+        square.patch = square.corners().map(|at| -self.difference(at, 0.0).0);
+        let is_known = self.certifier.reaches(&square);
+        Nearly {
+            between: if is_known {
+                curvature.in_block(square.side, self.steepness())
+            } else {
+                f64::INFINITY
+            },
+            square,
+        }
+    }
+}
+
+/// Heights of a triangle's plane above the ellipsoid, but for what curvature adds.
+struct Nearly {
+    square: Block,
+    /// Metres that curvature may add.
+    between: f64,
+}
+
+impl Nearly {
+    /// What the height of the surface at a place may be off, at most.
+    #[inline(always)]
+    fn largest_difference(&self, at: DVec2, height: f64) -> f64 {
+        (height - self.square.height(at)).abs() + self.between
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_ingest::pyramid::Job;
+use terrain_tiles::metadata::HeightsAbove;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -365,6 +366,37 @@ pub(crate) struct RasterArgs {
     /// Outer edges of the raster's pixels, in units of the CRS, to use instead of the raster's own position.
     #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
     pub(crate) bounds: Option<[f64; 4]>,
+    /// What the rasters' heights are above, instead of what they say: egm96, egm2008, egm84, navd88, ellipsoid or an EPSG code. If
+    /// not given: their coordinate reference system, their tags, or the product that their names tell.
+    #[arg(long, value_name = "DATUM")]
+    pub(crate) vertical: Option<String>,
+    /// Grid of the geoid's height above the ellipsoid: a file GTX, GeoTIFF or PGM (GeographicLib). If not given, the one that PROJ
+    /// keeps for the datum.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) geoid: Option<PathBuf>,
+    /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
+    /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
+    /// says.
+    #[arg(long, value_enum)]
+    pub(crate) heights: Option<Heights>,
+}
+
+/// What heights are above.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Heights {
+    /// The WGS 84 ellipsoid.
+    Ellipsoid,
+    /// What those of the rasters are above.
+    Source,
+}
+
+impl From<Heights> for HeightsAbove {
+    fn from(heights: Heights) -> Self {
+        match heights {
+            Heights::Ellipsoid => Self::Ellipsoid,
+            Heights::Source => Self::Source,
+        }
+    }
 }
 
 #[derive(Args)]

@@ -18,7 +18,7 @@ use terrain_ingest::{
     tin, verify,
 };
 use terrain_tiles::archive::Reader;
-use terrain_tiles::metadata::Metadata;
+use terrain_tiles::metadata::{HeightsAbove, Metadata, Vertical};
 
 use crate::cli::{
     Bound, BuildArgs, Cli, ClodArgs, Command, InfoArgs, JobArgs, MergeArgs, MeshArgs, PlanArgs, Quality, RasterArgs,
@@ -47,7 +47,11 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let output = arguments.output.unwrap_or_else(|| default_output(&arguments.dems[0]));
     check_output(&output)?;
     let progress = prepare(&arguments.run)?;
-    let rasters = open(&arguments.dems, overrides(arguments.raster), &progress)?;
+    let rasters = open(
+        &arguments.dems,
+        overrides(arguments.raster, HeightsAbove::Ellipsoid),
+        &progress,
+    )?;
     let options = options(&arguments.tiles, &arguments.run);
     let work = Work::begin(arguments.work.work, &output)?;
     let build = Build {
@@ -98,6 +102,7 @@ fn update(arguments: UpdateArgs) -> Result<(), Failure> {
     let overrides = Overrides {
         crs: of_archive.asked.crs.clone(),
         bounds: of_archive.asked.bounds,
+        vertical: of_archive.asked.vertical.clone(),
     };
     let opened = applied
         .map_err(Failure::Input)
@@ -151,7 +156,11 @@ impl Places {
 
 fn plan(arguments: PlanArgs) -> Result<(), Failure> {
     let progress = prepare(&arguments.run)?;
-    let rasters = open(&arguments.dems, overrides(arguments.raster), &progress)?;
+    let rasters = open(
+        &arguments.dems,
+        overrides(arguments.raster, HeightsAbove::Ellipsoid),
+        &progress,
+    )?;
     let options = pyramid::Options {
         leaves_of_subtree: arguments.leaves,
         ..options(&arguments.tiles, &arguments.run)
@@ -288,7 +297,8 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
     let memory = memory(&arguments.run);
-    let rasters = open(&arguments.dems, overrides(arguments.raster), &progress)?;
+    let overrides = overrides_of(&arguments.subject, arguments.raster)?;
+    let rasters = open(&arguments.dems, overrides, &progress)?;
     let work = tempfile::tempdir()
         .context("a folder for samples")
         .map_err(Failure::Other)?;
@@ -364,11 +374,31 @@ fn options(tiles: &TileArgs, run: &RunArgs) -> pyramid::Options {
     }
 }
 
-fn overrides(raster: RasterArgs) -> Overrides {
+/// `heights` is what they are above where the person does not say it.
+fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides {
     Overrides {
         crs: raster.crs,
         bounds: raster.bounds,
+        vertical: Vertical {
+            heights: raster.heights.map_or(heights, HeightsAbove::from),
+            datum: raster.vertical,
+            geoid: raster.geoid.map(|path| path.display().to_string()),
+        },
     }
+}
+
+/// The same for an archive to verify, which says what its heights are above.
+fn overrides_of(subject: &Path, raster: RasterArgs) -> Result<Overrides, Failure> {
+    if has_extension(subject, &["ply", "obj"]) {
+        return Ok(overrides(raster, HeightsAbove::Source));
+    }
+    let archive = Reader::open(subject).map_err(|error| Failure::Input(error.into()))?;
+    let asked = archive.metadata().asked.vertical.clone();
+    let mut overrides = overrides(raster, asked.heights);
+    let Vertical { datum, geoid, .. } = &mut overrides.vertical;
+    *datum = datum.take().or(asked.datum);
+    *geoid = geoid.take().or(asked.geoid);
+    Ok(overrides)
 }
 
 fn read_options(overrides: Overrides, progress: &Progress) -> ReadOptions {
@@ -389,8 +419,8 @@ fn open(dems: &[PathBuf], overrides: Overrides, progress: &Progress) -> Result<R
 }
 
 fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
-    let grid =
-        raster::read(dems, &read_options(overrides(raster), progress)).map_err(|error| Failure::Input(error.into()))?;
+    let grid = raster::read(dems, &read_options(overrides(raster, HeightsAbove::Source), progress))
+        .map_err(|error| Failure::Input(error.into()))?;
     if !grid.has_surface() {
         let first = dems[0].display();
         return Err(Failure::Input(anyhow!(
@@ -506,6 +536,9 @@ impl Display for Info<'_> {
             source.samples[0], source.samples[1], source.crs
         )?;
         writeln!(f, "vertical datum  {}", source.vertical_datum)?;
+        if let Some(geoid) = &source.geoid {
+            writeln!(f, "tiles above     {}, by {geoid}", source.heights_above)?;
+        }
         writeln!(f, "scheme          {}", metadata.scheme)?;
         writeln!(
             f,

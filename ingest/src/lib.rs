@@ -6,6 +6,7 @@ mod chunk_view;
 mod chunks;
 mod coarse;
 pub mod curved_model;
+pub mod curved_terrain;
 pub mod georeference;
 pub mod height_grid;
 mod intake;
@@ -23,6 +24,7 @@ pub mod store;
 pub mod stored_raster;
 pub mod tin;
 pub mod verify;
+mod whole_raster;
 
 pub use georeference::GeoReference;
 pub use height_grid::HeightGrid;

@@ -254,6 +254,8 @@ impl<'a> Build<'a> {
                 files: provenance.files,
                 crs: self.raster.georeference().crs_name().into(),
                 vertical_datum: provenance.vertical_datum,
+                heights_above: provenance.heights_above,
+                geoid: provenance.geoid,
                 samples: self.raster.size(),
             },
             generator: concat!("terrain-ingest ", env!("CARGO_PKG_VERSION")).into(),

@@ -1,26 +1,30 @@
 //! Elevation rasters: opened together as one lattice of samples, and read by rectangles, in metres, voids as NaN.
 
 mod crs;
+mod drivers;
 mod error;
 mod exr_file;
 mod gdal_file;
 mod layout;
 mod mosaic;
 mod options;
+mod placement;
 mod record;
 mod remark;
 mod units;
+mod vertical;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
 use rayon::prelude::*;
 
-pub(crate) use crs::UNSPECIFIED;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
+pub(crate) use vertical::UNSPECIFIED;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
@@ -30,6 +34,7 @@ use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
 use remark::{HIGHEST, remark};
+use vertical::HeightReference;
 
 /// Samples that one reader takes at once: 8 MiB of f64.
 const SAMPLES_AT_ONCE: usize = 1 << 20;
@@ -66,6 +71,8 @@ impl Rasters {
         let layouts: Vec<&Layout> = files.iter().map(Source::layout).collect();
         let mosaic = Mosaic::new(&layouts, options.limits)?;
         let georeference = georeference(first.layout(), &mosaic, options)?;
+        let heights = layouts.iter().map(|layout| (layout.path.as_path(), &layout.heights));
+        vertical::tell(heights, &options.progress);
         Ok(Self {
             files,
             mosaic,
@@ -74,6 +81,13 @@ impl Rasters {
             progress: options.progress.clone(),
             overrides: options.overrides.clone(),
         })
+    }
+
+    /// What files say of their heights, each different one once.
+    fn of_heights(&self, of: impl Fn(&HeightReference) -> String) -> String {
+        let names: BTreeSet<String> = self.files.iter().map(|file| of(&file.layout().heights)).collect();
+        let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
+        names.join(", ")
     }
 
     /// Paths as they were given.
@@ -105,7 +119,7 @@ impl Rasters {
     pub fn grid(self) -> Result<HeightGrid, ReadError> {
         let [columns, rows] = self.size();
         let path = &self.files[0].layout().path;
-        layout::check_size(path, columns, rows, self.limits.samples_in_memory)?;
+        placement::check_size(path, columns, rows, self.limits.samples_in_memory)?;
         self.progress.stage("reading samples", (columns * rows) as u64);
         let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
         self.progress.done();
@@ -141,7 +155,16 @@ impl Rasters {
     fn read_part(&self, part: &Part) -> Result<Vec<f64>, ReadError> {
         let [left, top] = self.mosaic.offsets[part.file];
         let in_file = |range: &Range<usize>, first: usize| range.start - first..range.end - first;
-        let metres = self.files[part.file].read(in_file(&part.columns, left), in_file(&part.rows, top))?;
+        let file = &self.files[part.file];
+        let mut metres = file.read(in_file(&part.columns, left), in_file(&part.rows, top))?;
+        let Layout { path, heights, .. } = file.layout();
+        heights.to_ellipsoid(
+            path,
+            &self.georeference,
+            self.mosaic.origin,
+            [&part.columns, &part.rows],
+            &mut metres,
+        )?;
         self.progress.advance(metres.len() as u64);
         Ok(metres)
     }
@@ -192,7 +215,10 @@ impl Raster for Rasters {
     fn provenance(&self) -> Provenance {
         Provenance {
             files: self.paths().map(file_name).collect(),
-            vertical_datum: self.files[0].layout().vertical_datum.clone(),
+            vertical_datum: self.of_heights(HeightReference::datum),
+            heights_above: self.of_heights(HeightReference::heights_above),
+            geoid: Some(self.of_heights(|heights| heights.geoid().unwrap_or_default().to_owned()))
+                .filter(|names| !names.is_empty()),
             overrides: self.overrides.clone(),
         }
     }

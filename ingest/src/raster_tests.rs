@@ -17,7 +17,7 @@ struct Folder(TempDir);
 
 impl Folder {
     fn new() -> Self {
-        gdal_file::prepare_gdal();
+        drivers::prepare_gdal();
         Self(tempfile::tempdir().unwrap())
     }
 
@@ -234,6 +234,7 @@ fn the_caller_can_say_where_a_raster_is() {
         overrides: Overrides {
             crs: Some("EPSG:4326".to_owned()),
             bounds: Some([-8.0, 1.0, -4.0, 2.0]),
+            ..Overrides::default()
         },
         ..ReadOptions::default()
     };
@@ -326,6 +327,7 @@ fn an_exr_height_map_is_read_where_the_caller_says_it_is() {
         overrides: Overrides {
             crs: Some("EPSG:32631".to_owned()),
             bounds: Some([500_000.0, 4_000_000.0, 500_030.0, 4_000_020.0]),
+            ..Overrides::default()
         },
         ..ReadOptions::default()
     };

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
+use terrain_tiles::metadata::Vertical;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
@@ -103,8 +104,12 @@ impl Extremes {
 pub struct Provenance {
     /// Names of the files without their folders.
     pub files: Vec<String>,
-    /// Name of the vertical datum, `unspecified` where the raster does not say. Heights are passed through.
+    /// Name of the files' vertical datum, `unspecified` where nothing says it.
     pub vertical_datum: String,
+    /// What heights are above as they are read.
+    pub heights_above: String,
+    /// Grid that makes them so, if one does.
+    pub geoid: Option<String>,
     /// What was used instead of what the files say of themselves.
     pub overrides: Overrides,
 }
@@ -116,6 +121,8 @@ pub struct Overrides {
     pub crs: Option<String>,
     /// West, south, east, north edges of the outermost pixels, in units of the coordinate reference system.
     pub bounds: Option<[f64; 4]>,
+    /// Vertical datum, and what heights are to be above.
+    pub vertical: Vertical,
 }
 
 /// A rectangle of samples, cut off at the raster's edges.
@@ -196,6 +203,8 @@ impl Raster for HeightGrid {
         Provenance {
             files: Vec::new(),
             vertical_datum: UNSPECIFIED.to_owned(),
+            heights_above: UNSPECIFIED.to_owned(),
+            geoid: None,
             overrides: Overrides::default(),
         }
     }

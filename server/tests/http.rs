@@ -74,6 +74,8 @@ fn metadata() -> Metadata {
             files: vec!["square.tif".to_owned()],
             crs: "EPSG:4326".to_owned(),
             vertical_datum: "unspecified".to_owned(),
+            heights_above: String::new(),
+            geoid: None,
             samples: [2, 2],
         },
         generator: "test".to_owned(),

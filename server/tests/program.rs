@@ -33,6 +33,8 @@ fn empty_archive(folder: &Path, name: &str) -> PathBuf {
             files: Vec::new(),
             crs: "EPSG:4326".to_owned(),
             vertical_datum: "unspecified".to_owned(),
+            heights_above: String::new(),
+            geoid: None,
             samples: [2, 2],
         },
         generator: "test".to_owned(),

@@ -21,7 +21,11 @@ const RASTERS: u64 = 200;
 /// No raster of a few hundred samples takes so long, on a busy machine either: what goes on longer does not end.
 const LIMIT: Duration = Duration::from_secs(60);
 
+/// The one that `TERRAIN_INGEST` names, or one that is built now.
 static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| {
+    if let Some(program) = env::var_os("TERRAIN_INGEST") {
+        return program.into();
+    }
     let (profile, folder) = if cfg!(debug_assertions) {
         ("dev", "debug")
     } else {

@@ -8,6 +8,7 @@ use terrain_ingest::raster::Rasters;
 use terrain_ingest::samples::{Overrides, Raster};
 use terrain_ingest::{HeightGrid, ReadError, ReadOptions, raster};
 use terrain_tests::{files_below, sample, shared_data};
+use terrain_tiles::metadata::{HeightsAbove, Vertical};
 
 fn read(paths: &[PathBuf]) -> Result<HeightGrid, ReadError> {
     raster::read(paths, &ReadOptions::default())
@@ -145,7 +146,7 @@ fn feet_decimetres_scales_and_offsets_come_out_as_the_same_metres() {
         ("jacksboro_feet_unit_ft.tif", 1e-3, "unspecified"),
         ("jacksboro_decimetres_int16_scale0.1.tif", 1e-4, "unspecified"),
         ("jacksboro_uint16_scale0.1_offset-500.tif", 1e-4, "unspecified"),
-        ("jacksboro_egm96_compound_crs.tif", 0.0, "EGM96 height"),
+        ("jacksboro_egm96_compound_crs.tif", 0.0, "EGM96"),
     ] {
         let path = folder.join(name);
         let grid = read_one(&path);
@@ -159,6 +160,30 @@ fn feet_decimetres_scales_and_offsets_come_out_as_the_same_metres() {
         assert!(apart <= tolerance, "{name}: {apart} m");
         assert_eq!(rasters.provenance().vertical_datum, datum, "{name}");
     }
+}
+
+/// Heights of the same cells above the geoid and above the ellipsoid, by another program.
+#[test]
+fn heights_above_the_geoid_become_those_above_the_ellipsoid() {
+    let Some(folder) = shared_data("vertical") else { return };
+    let expected = read_one(&folder.join("los_angeles_dem_ellipsoid.tif"));
+    let vertical = Vertical {
+        heights: HeightsAbove::Ellipsoid,
+        datum: Some("egm2008".to_owned()),
+        geoid: Some(folder.join("egm08_los_angeles.tif").display().to_string()),
+    };
+    let options = ReadOptions {
+        overrides: Overrides {
+            vertical,
+            ..Overrides::default()
+        },
+        ..ReadOptions::default()
+    };
+    let found = raster::read(&[folder.join("los_angeles_dem_geoid.tif")], &options).unwrap();
+    let apart = found.heights.iter().zip(&expected.heights).map(|(a, b)| (a - b).abs());
+    let apart = apart.fold(0.0, f32::max);
+    println!("largest difference: {apart} m");
+    assert!(apart < 0.02, "{apart} m");
 }
 
 #[test]
@@ -275,6 +300,7 @@ fn an_exr_height_map_is_the_window_that_it_was_cut_from() {
         overrides: Overrides {
             crs: Some("EPSG:4326".to_owned()),
             bounds: Some([-70.213_75, -32.760_416_666_666_664, -69.999_583_333_333_33, -32.546_25]),
+            ..Overrides::default()
         },
         ..ReadOptions::default()
     };
@@ -304,6 +330,7 @@ fn exr_files_of_other_programs_are_read() {
         overrides: Overrides {
             crs: Some("EPSG:32631".to_owned()),
             bounds: Some([500_000.0, 4_000_000.0, 500_100.0, 4_000_100.0]),
+            ..Overrides::default()
         },
         ..ReadOptions::default()
     };

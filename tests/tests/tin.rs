@@ -131,3 +131,22 @@ fn a_single_row_or_column_has_no_surface() {
         assert_eq!(folder.path().read_dir().unwrap().count(), 0, "nothing is left behind");
     }
 }
+
+#[test]
+fn holes_that_touch_in_a_point_keep_the_bound_on_both_sides_of_it() {
+    let steep = |column: usize, row: usize| 40.0 * noise(column, row) + 3.0 * column as f32;
+    // A chequered raster: each cell with a surface touches others in its corners alone.
+    let is_void = |column: usize, row: usize| {
+        [column, row].iter().all(|place| place % 4 == 2) || [column, row].iter().all(|place| place.is_multiple_of(4))
+    };
+    let holed = grid(33, 29, |column, row| {
+        if is_void(column, row) {
+            f32::NAN
+        } else {
+            steep(column, row)
+        }
+    });
+    for max_error in [2.0, 10.0, 30.0] {
+        in_all_ways(&holed, max_error, |_, _, _| ());
+    }
+}

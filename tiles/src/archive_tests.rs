@@ -22,6 +22,8 @@ pub(crate) fn metadata() -> Metadata {
             files: vec!["a.tif".to_owned()],
             crs: "EPSG:4326".to_owned(),
             vertical_datum: "unspecified".to_owned(),
+            heights_above: String::new(),
+            geoid: None,
             samples: [10, 10],
         },
         generator: "test".to_owned(),

@@ -51,6 +51,31 @@ pub struct Asked {
     pub crs: Option<String>,
     /// West, south, east, north in units of it that were used instead of the rasters' own position.
     pub bounds: Option<[f64; 4]>,
+    /// What heights were to be above.
+    #[serde(default)]
+    pub vertical: Vertical,
+}
+
+/// What heights are to be above, and what is used instead of what rasters say of theirs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Vertical {
+    /// What heights of tiles are above.
+    pub heights: HeightsAbove,
+    /// Vertical datum of the rasters, instead of what they say.
+    pub datum: Option<String>,
+    /// File with the grid of its height above the ellipsoid, instead of the one that is known.
+    pub geoid: Option<String>,
+}
+
+/// What heights of tiles are above.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeightsAbove {
+    /// What those of the rasters are above.
+    #[default]
+    Source,
+    /// The ellipsoid, where it is known what those of the rasters are above.
+    Ellipsoid,
 }
 
 /// What the tiles were made from.
@@ -60,8 +85,14 @@ pub struct Source {
     pub files: Vec<String>,
     /// Name or code of the raster's coordinate reference system.
     pub crs: String,
-    /// Vertical datum of the heights, `unspecified` where the raster does not say; heights are passed through.
+    /// Vertical datum of the rasters' heights, `unspecified` where nothing says it.
     pub vertical_datum: String,
+    /// What the heights of tiles are above; empty in archives whose heights are as the rasters have them.
+    #[serde(default)]
+    pub heights_above: String,
+    /// Grid that was added to make them so, if one was.
+    #[serde(default)]
+    pub geoid: Option<String>,
     /// Samples from west to east and from north to south.
     pub samples: [usize; 2],
 }

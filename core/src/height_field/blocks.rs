@@ -181,7 +181,8 @@ impl<'a> Relief<'a> {
         let sample = |column: usize, row: usize| {
             let (x, y) = (column.min(across.end - 1), row.min(down.end - 1));
             let place = [column - x / CHUNK * CHUNK, row - y / CHUNK * CHUNK];
-            let is_inside = column >= across.start && row >= down.start;
+            // The last blocks have a corner after their first.
+            let is_inside = (across.start..=across.end).contains(&column) && (down.start..=down.end).contains(&row);
             let sample = is_inside.then(|| self.of_chunk(level, x, y, |chunk| chunk.sample(place[0], place[1])));
             sample.flatten().unwrap_or(f32::NAN)
         };
@@ -315,6 +316,7 @@ impl<'a> Relief<'a> {
         visit: &mut impl FnMut(DVec2, f64),
     ) {
         let [across, down] = &self.levels[0].blocks;
+        let mut kept = Kept::default();
         for row in rows.start..=rows.end {
             let [low, high] = triangle.columns(scan::double(row));
             let found = scan::whole_numbers(low, high, columns.end + 1);
@@ -324,7 +326,14 @@ impl<'a> Relief<'a> {
                 // A chunk has the corners along all of its sides.
                 let x = column.min(across.end - 1);
                 let end = found.end.min(x / CHUNK * CHUNK + CORNERS);
-                if let Some(chunk) = self.chunk(0, x, y) {
+                let place = [x / CHUNK, y / CHUNK];
+                if kept.place != Some(place) {
+                    kept = Kept {
+                        place: Some(place),
+                        chunk: self.chunk(0, x, y),
+                    };
+                }
+                if let Some(chunk) = &kept.chunk {
                     let first = (row - y / CHUNK * CHUNK) * CORNERS;
                     let offset = x / CHUNK * CHUNK;
                     for column in column..end {

@@ -190,6 +190,27 @@ fn coarse_samples_are_samples_and_voids_stay_void() {
 }
 
 #[test]
+fn there_are_no_samples_beyond_the_last_blocks() {
+    let size = 2 * CHUNK + 1;
+    let samples = vec![1.0; size * size];
+    let chunks = ChunksInMemory::new(Heights {
+        columns: size,
+        rows: size,
+        samples: &samples,
+    });
+    let relief = Relief::new(&chunks, 0..size, 0..size);
+    for level in [0, 1, 2] {
+        let last = (2 * CHUNK) >> level;
+        let found = relief.samples(level, last..last + 3, last..last + 2);
+        assert_eq!(found[0], 1.0);
+        assert!(
+            found[1..].iter().all(|sample| sample.is_nan()),
+            "level {level}: {found:?}"
+        );
+    }
+}
+
+#[test]
 fn a_window_of_more_chunks_than_are_kept_is_seen_whole() {
     let columns = (2 * KEPT + 1) * CHUNK;
     let samples: Vec<f32> = (0..2 * columns).map(|index| index as f32).collect();

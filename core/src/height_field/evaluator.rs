@@ -220,33 +220,12 @@ impl Evaluator {
     }
 
     /// Finds what will be around the red vertex; where it cannot change, only where blue's triangles go.
-    ///
-    /// ```text
-    ///        x ─── c ─── y
-    ///        │   ╱ │ ╲   │        around blue: red c x … d       around red: blue d … y c
-    ///        │ blue ▶ red│        ring:        d … y c x …
-    ///        │   ╲ │ ╱   │
-    ///        … ─── d ─── …
-    /// ```
     fn surround(&mut self, sampled: &SampledSurface, edge: Edge) {
         if sampled.keeps_height(edge.red) {
             self.surround_blue(edge);
-            return;
-        }
-        let surface = &sampled.surface;
-        self.ring.clear(!surface.connectivity.is_boundary(edge.red));
-        let count = self.around_blue.vertices.len();
-        let (is_first, is_last) = (edge.index == 0, edge.index + 1 == count);
-        let is_shared_after = !edge.is_on_boundary || is_first;
-        let is_shared_before = !edge.is_on_boundary || is_last;
-        let first = edge.index + 1 + usize::from(is_shared_after);
-        let own = count - 1 - usize::from(is_shared_after) - usize::from(is_shared_before);
-        for &vertex in &self.around_red {
-            if vertex == edge.blue {
-                self.ring.extend_around(&self.around_blue, first, own);
-            } else {
-                self.ring.push(surface, vertex);
-            }
+        } else {
+            self.ring
+                .surround_collapsed(&sampled.surface, edge, &self.around_blue, &self.around_red);
         }
     }
 

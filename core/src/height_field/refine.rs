@@ -77,7 +77,21 @@ fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
 
 /// Inserts vertices until no point of the reference is further than the tolerance away, or no insertion helps.
 pub fn refine(surface: &mut Surface, refinement: Refinement) {
+    let flat = |surface: &Surface, corners: [u32; 3]| {
+        let points = corners.map(|corner| surface.point(corner));
+        surface.reference.triangle_deviation(points)
+    };
+    refine_by(surface, refinement, flat);
+}
+
+/// The same for triangles that need not be flat: `at_samples` is the worst under one.
+pub(crate) fn refine_by(
+    surface: &mut Surface,
+    refinement: Refinement,
+    at_samples: impl Fn(&Surface, [u32; 3]) -> Deviation,
+) {
     let mut refiner = Refiner {
+        at_samples,
         is_suspect: Vec::new(),
         suspects: Vec::new(),
         surface,
@@ -91,7 +105,8 @@ pub fn refine(surface: &mut Surface, refinement: Refinement) {
     while refiner.round() {}
 }
 
-struct Refiner<'a, 'b> {
+struct Refiner<'a, 'b, W> {
+    at_samples: W,
     surface: &'a mut Surface<'b>,
     refinement: Refinement,
     suspects: Vec<u32>,
@@ -101,7 +116,7 @@ struct Refiner<'a, 'b> {
     unsettled: Vec<u32>,
 }
 
-impl Refiner<'_, '_> {
+impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
     /// Inserts the corners amid blocks of samples that are not nearly bilinear: rounds that look at every sample again and
     /// again would come to about as many vertices.
     fn seed(&mut self) {
@@ -204,8 +219,7 @@ impl Refiner<'_, '_> {
         let Some(corners) = self.surface.connectivity.corners(triangle) else {
             return Deviation::NONE;
         };
-        let points = corners.map(|corner| self.surface.point(corner));
-        let at_samples = self.surface.reference.triangle_deviation(points);
+        let at_samples = (self.at_samples)(self.surface, corners);
         if at_samples.size > self.refinement.tolerance || self.surface.reference.bound == Bound::Samples {
             return at_samples;
         }

@@ -62,24 +62,26 @@ impl Chunk {
     #[must_use]
     pub fn over(parts: [Option<&Self>; 4]) -> Option<Self> {
         parts.iter().any(Option::is_some).then(|| {
-            let finer = Finer { parts };
-            let below = |index: usize| [2 * (index % CORNERS), 2 * (index / CORNERS)];
-            let indices = 0..CORNERS * CORNERS;
+            let finer = Finer::new(parts);
             let mut chunk = Self {
                 steepest: parts.iter().flatten().map(|part| part.steepest).fold(0.0, f32::max),
-                corners: indices
-                    .clone()
-                    .map(|index| finer.corner_or_mean(below(index)))
-                    .collect(),
-                guessed: indices
-                    .filter(|&index| finer.sample(below(index)).is_nan())
-                    .map(|index| index as u32)
-                    .collect(),
+                corners: Vec::with_capacity(CORNERS * CORNERS),
+                guessed: Vec::new(),
                 residuals: Vec::with_capacity(CHUNK * CHUNK),
             };
+            for index in 0..CORNERS * CORNERS {
+                let below = [2 * (index % CORNERS), 2 * (index / CORNERS)];
+                let mut corner = finer.sample(below);
+                if corner.is_nan() {
+                    chunk.guessed.push(index as u32);
+                    corner = finer.corner_or_mean(below);
+                }
+                chunk.corners.push(corner);
+            }
             for index in 0..CHUNK * CHUNK {
                 let (column, row) = (index % CHUNK, index / CHUNK);
-                let residual = finer.residual_over(chunk.patch(column, row), 2 * column, 2 * row);
+                let patch = completed(chunk.corners_of(column, row));
+                let residual = finer.residual_over(patch, 2 * column, 2 * row);
                 chunk.residuals.push(residual);
             }
             chunk
@@ -91,16 +93,18 @@ impl Chunk {
     #[must_use]
     #[inline]
     pub fn patch(&self, column: usize, row: usize) -> [f64; 4] {
-        let first = row * CORNERS + column;
-        let patch =
-            [first, first + 1, first + CORNERS, first + CORNERS + 1].map(|index| f64::from(self.corners[index]));
-        let is_whole = !(patch[0] + patch[1] + patch[2] + patch[3]).is_nan();
-        if is_whole || self.residuals.is_empty() {
-            return patch;
+        let patch = self.corners_of(column, row);
+        if self.residuals.is_empty() {
+            patch
+        } else {
+            completed(patch)
         }
-        let known = patch.into_iter().filter(|corner| !corner.is_nan());
-        let mean = known.clone().sum::<f64>() / known.count() as f64;
-        patch.map(|corner| if corner.is_nan() { mean } else { corner })
+    }
+
+    #[inline]
+    fn corners_of(&self, column: usize, row: usize) -> [f64; 4] {
+        let first = row * CORNERS + column;
+        [first, first + 1, first + CORNERS, first + CORNERS + 1].map(|index| f64::from(self.corners[index]))
     }
 
     /// The sample at a corner; NaN where it is void.
@@ -123,56 +127,9 @@ impl Chunk {
             None => [0.0; 2],
         }
     }
-}
 
-/// Four chunks of a level side by side.
-struct Finer<'a> {
-    parts: [Option<&'a Chunk>; 4],
-}
-
-impl Finer<'_> {
-    /// What one of the parts that have a corner says of it. A corner between parts is in all of them; one that is missing must
-    /// not hide it.
-    fn at(&self, [column, row]: [usize; 2], of_part: impl Fn(&Chunk, usize, usize) -> f32) -> f32 {
-        let sides = |place: usize| [(place / CHUNK).min(1), place.saturating_sub(1) / CHUNK];
-        for down in sides(row) {
-            for across in sides(column) {
-                if let Some(part) = self.parts[2 * down + across] {
-                    let found = of_part(part, column - across * CHUNK, row - down * CHUNK);
-                    if !found.is_nan() {
-                        return found;
-                    }
-                }
-            }
-        }
-        f32::NAN
-    }
-
-    fn corner(&self, place: [usize; 2]) -> f32 {
-        self.at(place, |part, column, row| part.corners[row * CORNERS + column])
-    }
-
-    fn sample(&self, place: [usize; 2]) -> f32 {
-        self.at(place, Chunk::sample)
-    }
-
-    fn corner_or_mean(&self, [column, row]: [usize; 2]) -> f32 {
-        let own = self.corner([column, row]);
-        if !own.is_nan() {
-            return own;
-        }
-        let beside = |place: usize| place.saturating_sub(1)..=(place + 1).min(2 * CHUNK);
-        let around = beside(row).flat_map(|row| beside(column).map(move |column| self.corner([column, row])));
-        let (sum, count) = around
-            .filter(|corner| !corner.is_nan())
-            .fold((0.0, 0_u32), |(sum, count), corner| {
-                (sum + f64::from(corner), count + 1)
-            });
-        (sum / f64::from(count)) as f32
-    }
-
-    /// The bound of a block over `patch`, from its four parts.
-    fn residual_over(&self, [a, b, c, d]: [f64; 4], column: usize, row: usize) -> [f32; 2] {
+    /// The bound of four blocks side by side against one patch over them all; `column` and `row` are the first one's.
+    fn residual_of_four(&self, [a, b, c, d]: [f64; 4], column: usize, row: usize) -> [f32; 2] {
         let (top, left, right, bottom) = ((a + b) / 2.0, (a + c) / 2.0, (b + d) / 2.0, (c + d) / 2.0);
         let middle = (top + bottom) / 2.0;
         let coarse = [
@@ -184,22 +141,105 @@ impl Finer<'_> {
         let mut bound = NO_SURFACE.map(f64::from);
         for (place, coarse) in coarse.into_iter().enumerate() {
             let (column, row) = (column + place % 2, row + place / 2);
-            let Some(part) = self.parts[2 * (row / CHUNK) + column / CHUNK] else {
-                continue;
-            };
-            let (column, row) = (column % CHUNK, row % CHUNK);
-            let [least, greatest] = part.residual(column, row);
+            let [least, greatest] = self.residual(column, row).map(f64::from);
             if least > greatest {
                 continue;
             }
-            let corners = part.patch(column, row).into_iter().zip(coarse);
-            for (fine, coarse) in corners.filter(|(fine, _)| !fine.is_nan()) {
-                bound[0] = bound[0].min(fine - coarse + f64::from(least));
-                bound[1] = bound[1].max(fine - coarse + f64::from(greatest));
+            for (fine, coarse) in self.patch(column, row).into_iter().zip(coarse) {
+                // The difference from a void is NaN, and both take the other one.
+                bound[0] = bound[0].min(fine - coarse + least);
+                bound[1] = bound[1].max(fine - coarse + greatest);
             }
         }
         [rounded_down(bound[0]), -rounded_down(-bound[1])]
     }
+}
+
+/// Corners along the side of four chunks.
+const FINER_CORNERS: usize = 2 * CHUNK + 1;
+
+/// Four chunks of a level side by side.
+struct Finer<'a> {
+    parts: [Option<&'a Chunk>; 4],
+    /// [`FINER_CORNERS`] × [`FINER_CORNERS`], row by row.
+    corners: Vec<f32>,
+    /// The same, NaN where the corner is no sample.
+    samples: Vec<f32>,
+}
+
+impl<'a> Finer<'a> {
+    /// A corner between parts is in all of them; one that is missing must not hide it.
+    fn new(parts: [Option<&'a Chunk>; 4]) -> Self {
+        let mut corners = vec![f32::NAN; FINER_CORNERS * FINER_CORNERS];
+        for (place, part) in parts.into_iter().enumerate() {
+            if let Some(part) = part {
+                lay(&part.corners, place, &mut corners);
+            }
+        }
+        let mut samples = vec![f32::NAN; FINER_CORNERS * FINER_CORNERS];
+        for (place, part) in parts.into_iter().enumerate() {
+            if let Some(part) = part {
+                let mut of_part = part.corners.clone();
+                part.guessed
+                    .iter()
+                    .for_each(|&index| of_part[index as usize] = f32::NAN);
+                lay(&of_part, place, &mut samples);
+            }
+        }
+        Self {
+            parts,
+            corners,
+            samples,
+        }
+    }
+
+    fn sample(&self, [column, row]: [usize; 2]) -> f32 {
+        self.samples[row * FINER_CORNERS + column]
+    }
+
+    fn corner_or_mean(&self, [column, row]: [usize; 2]) -> f32 {
+        let own = self.corners[row * FINER_CORNERS + column];
+        if !own.is_nan() {
+            return own;
+        }
+        let beside = |place: usize| place.saturating_sub(1)..=(place + 1).min(2 * CHUNK);
+        let around = beside(row).flat_map(|row| &self.corners[row * FINER_CORNERS..][beside(column)]);
+        let (sum, count) = around
+            .filter(|corner| !corner.is_nan())
+            .fold((0.0, 0_u32), |(sum, count), &corner| {
+                (sum + f64::from(corner), count + 1)
+            });
+        (sum / f64::from(count)) as f32
+    }
+
+    /// The bound of a block over `patch`, from its four parts, which are all in one chunk.
+    fn residual_over(&self, patch: [f64; 4], column: usize, row: usize) -> [f32; 2] {
+        match self.parts[2 * (row / CHUNK) + column / CHUNK] {
+            Some(part) if !patch[0].is_nan() => part.residual_of_four(patch, column % CHUNK, row % CHUNK),
+            _ => NO_SURFACE,
+        }
+    }
+}
+
+/// Lays the corners of one of four parts among those of all that are not NaN.
+fn lay(of_part: &[f32], place: usize, corners: &mut [f32]) {
+    let first = (place / 2 * FINER_CORNERS + place % 2) * CHUNK;
+    for (row, of_row) in of_part.chunks_exact(CORNERS).enumerate() {
+        for (corner, &of_part) in corners[first + row * FINER_CORNERS..].iter_mut().zip(of_row) {
+            *corner = if of_part.is_nan() { *corner } else { of_part };
+        }
+    }
+}
+
+/// Corners of a block with the mean of the others where one is NaN; all of them are where the block has no surface.
+#[inline]
+fn completed(patch: [f64; 4]) -> [f64; 4] {
+    if !(patch[0] + patch[1] + patch[2] + patch[3]).is_nan() {
+        return patch;
+    }
+    let known = patch.into_iter().filter(|corner| !corner.is_nan());
+    let mean = known.clone().sum::<f64>() / known.count() as f64;
+    patch.map(|corner| if corner.is_nan() { mean } else { corner })
 }
 
 /// The largest single-precision number that is not above a height.

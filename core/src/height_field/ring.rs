@@ -5,6 +5,7 @@ use glam::DVec2;
 use crate::height_field::filters::is_upright;
 use crate::height_field::flat::GridPoint;
 use crate::height_field::surface::Surface;
+use crate::topology::edge_collapse::Edge;
 
 /// The vertices around one, counter-clockwise, with their places side by side.
 #[derive(Default)]
@@ -38,6 +39,32 @@ impl Ring {
         self.plan.extend(self.vertices.iter().map(|&other| surface.plan(other)));
         self.points
             .extend(self.vertices.iter().map(|&other| surface.point(other)));
+    }
+
+    /// Becomes what will be around the red vertex of an edge when that has collapsed.
+    ///
+    /// ```text
+    ///        x ─── c ─── y
+    ///        │   ╱ │ ╲   │        around blue: red c x … d       around red: blue d … y c
+    ///        │ blue ▶ red│        ring:        d … y c x …
+    ///        │   ╲ │ ╱   │
+    ///        … ─── d ─── …
+    /// ```
+    pub(crate) fn surround_collapsed(&mut self, surface: &Surface, edge: Edge, around_blue: &Self, around_red: &[u32]) {
+        self.clear(!surface.connectivity.is_boundary(edge.red));
+        let count = around_blue.vertices.len();
+        let (is_first, is_last) = (edge.index == 0, edge.index + 1 == count);
+        let is_shared_after = !edge.is_on_boundary || is_first;
+        let is_shared_before = !edge.is_on_boundary || is_last;
+        let first = edge.index + 1 + usize::from(is_shared_after);
+        let own = count - 1 - usize::from(is_shared_after) - usize::from(is_shared_before);
+        for &vertex in around_red {
+            if vertex == edge.blue {
+                self.extend_around(around_blue, first, own);
+            } else {
+                self.push(surface, vertex);
+            }
+        }
     }
 
     /// Appends `count` vertices of another ring from the one numbered `first` on, and after its last one its first.

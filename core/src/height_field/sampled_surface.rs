@@ -7,8 +7,10 @@
 use glam::DVec2;
 
 use crate::height_field::fan::Fan;
+use crate::height_field::finer::SurfacePoint;
 use crate::height_field::flat::GridPoint;
 use crate::height_field::outline::{OutlineChains, Strays};
+use crate::height_field::reference::Bound;
 use crate::height_field::ring::Ring;
 use crate::height_field::rules::VertexKind;
 use crate::height_field::samples::{Sample, SampleLists};
@@ -76,8 +78,18 @@ impl<'a> SampledSurface<'a> {
                 _ => *kind = VertexKind::Border,
             }
         }
+        let mut samples = SampleLists::new(&surface);
+        if surface.reference.bound == Bound::Samples {
+            for vertex in vertices_at_one_place(&surface) {
+                let GridPoint { grid: at, height } = surface.point(vertex);
+                if let Some(edge) = surface.connectivity.leaving(vertex).next() {
+                    let sample = samples.add(SurfacePoint { at, height });
+                    samples.put(edge / 3, &sample);
+                }
+            }
+        }
         Self {
-            samples: SampleLists::new(&surface),
+            samples,
             surface,
             kinds,
             outline,
@@ -207,4 +219,20 @@ impl<'a> SampledSurface<'a> {
             }
         }
     }
+}
+
+/// Vertices of fans that touch in a point. The sample there is under one of them and counts for the others, too.
+fn vertices_at_one_place(surface: &Surface) -> Vec<u32> {
+    let place = |vertex: &u32| {
+        let plan = surface.plan(*vertex);
+        [plan.x.to_bits(), plan.y.to_bits()]
+    };
+    let mut vertices: Vec<u32> = (0..surface.vertex_count() as u32).collect();
+    vertices.sort_by_key(place);
+    vertices
+        .chunk_by(|a, b| place(a) == place(b))
+        .filter(|vertices| vertices.len() > 1)
+        .flatten()
+        .copied()
+        .collect()
 }

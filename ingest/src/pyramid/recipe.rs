@@ -110,6 +110,7 @@ pub(crate) fn asked(options: &Options, overrides: &Overrides) -> Asked {
         quality: quality_name(options.quality).to_owned(),
         crs: overrides.crs.clone(),
         bounds: overrides.bounds,
+        vertical: overrides.vertical.clone(),
     }
 }
 

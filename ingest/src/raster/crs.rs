@@ -5,9 +5,6 @@ use gdal::spatial_ref::SpatialRef;
 use super::ReadError;
 use crate::georeference::Crs;
 
-/// What heights are above where nothing says so.
-pub(crate) const UNSPECIFIED: &str = "unspecified";
-
 /// The coordinate reference system that a user names.
 pub(super) fn from_user(definition: &str) -> Result<SpatialRef, ReadError> {
     SpatialRef::from_definition(definition).map_err(|_| ReadError::UnknownCrs(definition.to_owned()))
@@ -23,14 +20,13 @@ pub(super) fn describe(reference: &SpatialRef) -> Option<Crs> {
     })
 }
 
-/// Name of the vertical datum that comes with `reference`.
-pub(super) fn vertical_datum(reference: &SpatialRef) -> String {
+/// Name of the vertical datum that comes with `reference`, if one does.
+pub(super) fn vertical_datum(reference: &SpatialRef) -> Option<String> {
     let vertical = reference.get_attr_value("VERT_CS", 0).ok().flatten();
-    let ellipsoidal = reference.is_geographic() && reference.axes_count() == 3;
+    let is_ellipsoidal = reference.is_geographic() && reference.axes_count() == 3;
     match vertical {
-        Some(name) if !name.eq_ignore_ascii_case("unknown") => name,
-        _ if ellipsoidal => "WGS 84 ellipsoid".to_owned(),
-        _ => UNSPECIFIED.to_owned(),
+        Some(name) if !name.eq_ignore_ascii_case("unknown") => Some(name),
+        _ => is_ellipsoidal.then(|| "ellipsoid".to_owned()),
     }
 }
 

@@ -63,6 +63,30 @@ pub enum ReadError {
         /// The limit that it exceeds.
         limit: usize,
     },
+    /// The vertical datum given by the caller means nothing.
+    #[error(
+        "`{0}` is no vertical datum that is known here: egm96, egm2008, egm84, navd88, ellipsoid or their EPSG codes; for another, \
+             name the grid of its height above the ellipsoid by --geoid"
+    )]
+    UnknownDatum(String),
+    /// Heights above the ellipsoid need a grid that is not here.
+    #[error("{}: its heights are above {datum}; {hint}, or keep them by --heights source", .path.display())]
+    NoGeoid {
+        /// The file.
+        path: PathBuf,
+        /// What its heights are above.
+        datum: String,
+        /// Where the grid is had.
+        hint: String,
+    },
+    /// A sample beside the grid that would make its height one above the ellipsoid.
+    #[error("{}: reaches beyond the grid {grid}; keep its heights by --heights source", .path.display())]
+    BeyondGeoid {
+        /// The file.
+        path: PathBuf,
+        /// Name of the grid.
+        grid: String,
+    },
     /// Files that do not fit on one grid.
     #[error("{}: does not fit {}: {reason}", .path.display(), .first.display())]
     Mixed {

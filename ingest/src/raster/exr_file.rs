@@ -7,8 +7,9 @@ use std::sync::OnceLock;
 use exr::meta::MetaData;
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 
-use super::layout::{self, Layout};
-use super::{ReadError, ReadOptions, crs};
+use super::layout::Layout;
+use super::vertical::HeightReference;
+use super::{ReadError, ReadOptions, crs, placement};
 
 /// Channels that hold heights, the likeliest first.
 const CHANNELS: [&str; 5] = ["height", "Z", "Y", "R", "A"];
@@ -29,7 +30,7 @@ impl ExrFile {
             .find(|header| !header.deep)
             .ok_or_else(no_image)?;
         let (columns, rows) = (header.layer_size.width(), header.layer_size.height());
-        layout::check_size(path, columns, rows, options.limits.samples)?;
+        placement::check_size(path, columns, rows, options.limits.samples)?;
         let definition = options
             .overrides
             .crs
@@ -39,8 +40,11 @@ impl ExrFile {
             .overrides
             .bounds
             .ok_or_else(|| ReadError::NoPosition(path.to_owned()))?;
-        let to_crs = layout::from_bounds(bounds, columns, rows)?;
-        let layout = Layout::new(path, (columns, rows), to_crs, &crs::from_user(definition)?)?;
+        let to_crs = placement::from_bounds(bounds, columns, rows)?;
+        let reference = crs::from_user(definition)?;
+        let of_crs = crs::vertical_datum(&reference);
+        let heights = HeightReference::of_file(path, of_crs, None, &options.overrides.vertical)?;
+        let layout = Layout::new(path, (columns, rows), to_crs, &reference, heights)?;
         Ok(Self {
             layout,
             whole: OnceLock::new(),

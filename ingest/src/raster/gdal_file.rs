@@ -2,42 +2,19 @@
 
 use std::ops::Range;
 use std::path::Path;
-use std::sync::Once;
 
 use gdal::raster::RasterBand;
 use gdal::spatial_ref::SpatialRef;
-use gdal::{Dataset, DatasetOptions, DriverManager, GdalOpenFlags};
+use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
-use super::layout::{self, Layout};
-use super::{ReadError, ReadOptions, crs, units};
+use super::drivers::prepare_gdal;
+use super::layout::Layout;
+use super::vertical::HeightReference;
+use super::{ReadError, ReadOptions, crs, placement, units};
 use crate::progress::Progress;
 
-/// Formats of elevation data whose drivers read the named file and its plain side files, nothing else. VRT and its
-/// like are left out on purpose: they name other files and addresses.
-const DRIVERS: [&str; 19] = [
-    "AAIGrid",
-    "AIG",
-    "BAG",
-    "BT",
-    "DTED",
-    "EHdr",
-    "ENVI",
-    "GRIB",
-    "GSAG",
-    "GSBG",
-    "GTiff",
-    "GXF",
-    "HFA",
-    "JP2OpenJPEG",
-    "netCDF",
-    "PNG",
-    "SRTMHGT",
-    "USGSDEM",
-    "XYZ",
-];
-/// Megabytes of unpacked blocks that GDAL may keep, all files together.
-const BLOCK_CACHE: &str = "32";
-
+/// Tags in which files say what their heights are above.
+const TAGS: [&str; 2] = ["VERTICAL_DATUM", "vertical_datum"];
 /// A raster, band 1: what is known of it before any sample is read. Each window is read through a handle of its own, so
 /// that several can be read at once.
 pub(super) struct GdalFile {
@@ -61,7 +38,7 @@ impl GdalFile {
             ));
         }
         let (columns, rows) = dataset.raster_size();
-        layout::check_size(path, columns, rows, options.limits.samples)?;
+        placement::check_size(path, columns, rows, options.limits.samples)?;
         let band = dataset.rasterband(1).map_err(unreadable)?;
         check_block(path, &band, options)?;
         let (scale, offset) = to_metres(path, &band, &options.progress);
@@ -118,22 +95,6 @@ fn open(path: &Path) -> gdal::errors::Result<Dataset> {
     Dataset::open_ex(path, flags)
 }
 
-/// Once a process: GDAL keeps its messages to itself (they come back as errors), and forgets all drivers but ours.
-pub(super) fn prepare_gdal() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        gdal::config::set_error_handler(|_, _, _| {});
-        // Blocks are read once and in order: more would only be memory.
-        let _ = gdal::config::set_config_option("GDAL_CACHEMAX", BLOCK_CACHE);
-        DriverManager::prevent_auto_registration();
-        DriverManager::register_all();
-        let unwanted: Vec<_> = DriverManager::all()
-            .filter(|driver| !DRIVERS.contains(&driver.short_name().as_str()))
-            .collect();
-        unwanted.iter().for_each(DriverManager::deregister_driver);
-    });
-}
-
 fn check_block(path: &Path, band: &RasterBand, options: &ReadOptions) -> Result<(), ReadError> {
     let (width, height) = band.block_size();
     let bytes = width
@@ -169,15 +130,23 @@ fn layout(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Layou
     let (columns, rows) = dataset.raster_size();
     let reference = reference(path, dataset, options)?;
     let to_crs = match options.overrides.bounds {
-        Some(bounds) => layout::from_bounds(bounds, columns, rows)?,
+        Some(bounds) => placement::from_bounds(bounds, columns, rows)?,
         None => {
             let transform = dataset
                 .geo_transform()
                 .map_err(|_| ReadError::NoPosition(path.to_owned()))?;
-            layout::from_corner_based(transform)
+            placement::from_corner_based(transform)
         }
     };
-    Layout::new(path, (columns, rows), to_crs, &reference)
+    // What a user says of places need not say anything of heights.
+    let own = || dataset.spatial_ref().ok().as_ref().and_then(crs::vertical_datum);
+    let heights = HeightReference::of_file(
+        path,
+        crs::vertical_datum(&reference).or_else(own),
+        TAGS.iter().find_map(|tag| dataset.metadata_item(tag, "")),
+        &options.overrides.vertical,
+    )?;
+    Layout::new(path, (columns, rows), to_crs, &reference, heights)
 }
 
 fn reference(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<SpatialRef, ReadError> {

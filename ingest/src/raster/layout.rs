@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use gdal::spatial_ref::SpatialRef;
-use glam::{DAffine2, DMat2, DVec2};
+use glam::DAffine2;
 
+use super::vertical::HeightReference;
 use super::{ReadError, crs};
 use crate::georeference::Crs;
 
@@ -18,7 +19,7 @@ pub(super) struct Layout {
     pub(super) crs: Crs,
     /// Whether x is a longitude in degrees.
     pub(super) is_in_degrees: bool,
-    pub(super) vertical_datum: String,
+    pub(super) heights: HeightReference,
 }
 
 impl Layout {
@@ -27,6 +28,7 @@ impl Layout {
         (columns, rows): (usize, usize),
         to_crs: DAffine2,
         reference: &SpatialRef,
+        heights: HeightReference,
     ) -> Result<Self, ReadError> {
         Ok(Self {
             path: path.to_owned(),
@@ -35,45 +37,7 @@ impl Layout {
             to_crs,
             crs: crs::describe(reference).ok_or_else(|| ReadError::NoCrs(path.to_owned()))?,
             is_in_degrees: crs::is_in_degrees(reference),
-            vertical_datum: crs::vertical_datum(reference),
+            heights,
         })
     }
-}
-
-/// Refuses grids without a surface and grids that are too large.
-pub(super) fn check_size(path: &Path, columns: usize, rows: usize, limit: usize) -> Result<(), ReadError> {
-    if columns < 2 || rows < 2 {
-        return Err(ReadError::Empty {
-            path: path.to_owned(),
-            columns,
-            rows,
-        });
-    }
-    if columns.checked_mul(rows).is_none_or(|samples| samples > limit) {
-        return Err(ReadError::TooLarge {
-            path: path.to_owned(),
-            what: format!("{columns} × {rows} samples"),
-            limit,
-        });
-    }
-    Ok(())
-}
-
-/// Grid coordinates to a reference system, from the corner-based transform that GDAL has (for PixelIsPoint files too):
-/// the first sample is half a pixel from the corner in both directions.
-pub(super) fn from_corner_based(transform: [f64; 6]) -> DAffine2 {
-    let [x, x_by_column, x_by_row, y, y_by_column, y_by_row] = transform;
-    let matrix = DMat2::from_cols(DVec2::new(x_by_column, y_by_column), DVec2::new(x_by_row, y_by_row));
-    DAffine2::from_mat2_translation(matrix, DVec2::new(x, y) + matrix * DVec2::splat(0.5))
-}
-
-/// Grid coordinates to a reference system, from the outer edges of the pixels, the first row northernmost.
-pub(super) fn from_bounds(bounds: [f64; 4], columns: usize, rows: usize) -> Result<DAffine2, ReadError> {
-    let [west, south, east, north] = bounds;
-    let is_ordered = west < east && south < north;
-    if !is_ordered || !bounds.iter().all(|bound| bound.is_finite()) {
-        return Err(ReadError::BadBounds(bounds));
-    }
-    let (width, height) = ((east - west) / columns as f64, (north - south) / rows as f64);
-    Ok(from_corner_based([west, width, 0.0, north, 0.0, -height]))
 }

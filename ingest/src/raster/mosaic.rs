@@ -2,7 +2,8 @@
 
 use glam::{DAffine2, DVec2};
 
-use super::layout::{self, Layout};
+use super::layout::Layout;
+use super::placement;
 use super::{RasterLimits, ReadError};
 
 /// Largest distance, in cells, of a file's samples from the first file's lattice.
@@ -38,7 +39,7 @@ impl Mosaic {
             .fold(DVec2::NEG_INFINITY, DVec2::max);
         let size = high - low;
         let (columns, rows) = (size.x as usize, size.y as usize);
-        layout::check_size(&first.path, columns, rows, limits.samples)?;
+        placement::check_size(&first.path, columns, rows, limits.samples)?;
         Ok(Self {
             columns,
             rows,

@@ -284,6 +284,8 @@ fn metadata(tiles: &BTreeMap<TileAddress, Tile>) -> Metadata {
             files: Vec::new(),
             crs: "EPSG:4326".to_owned(),
             vertical_datum: "unspecified".to_owned(),
+            heights_above: String::new(),
+            geoid: None,
             samples: [SAMPLES, SAMPLES],
         },
         generator: "test".to_owned(),
