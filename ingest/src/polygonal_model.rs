@@ -257,9 +257,12 @@ pub fn read(path: &Path, limits: PolygonLimits) -> Result<Model, ModelError> {
     Ok(welded(polygons(path, limits)?)?.model)
 }
 
+/// A normal for each corner of each triangle.
+pub(crate) type CornerNormals = Vec<[DVec3; 3]>;
+
 /// A model as an oriented manifold, surfaces that touch being parted, and the normals at the corners of its triangles where the
 /// file has some.
-pub(crate) fn read_manifold(path: &Path) -> Result<(Mesh, Option<Vec<[DVec3; 3]>>), ModelError> {
+pub(crate) fn read_manifold(path: &Path) -> Result<(Mesh, Option<CornerNormals>), ModelError> {
     let Welded { model, normals } = welded(polygons(path, PolygonLimits::default())?)?;
     Ok((model.parted().map_err(ModelError::NotManifold)?.mesh, normals))
 }
