@@ -17,6 +17,7 @@ Examples:
   terrain-ingest mesh bunny.obj -o bunny.spm     all levels of detail of a polygonal model
   terrain-ingest mesh bunny.spm --lod 3 -o bunny3.ply
   terrain-ingest mesh bunny.obj -o bunny.x3d     a world for X3D browsers that refines while it loads
+  terrain-ingest clod bunny.obj -o bunny.clod    curved levels of detail, of Bézier patches
   terrain-ingest verify dem.pmtiles dem.tif      measures every claim again, by brute force
   terrain-ingest info dem.pmtiles
   terrain-ingest update vancouver.pmtiles --changed new/N49W123.hgt.zip
@@ -43,6 +44,14 @@ Examples:
   terrain-ingest mesh horse.ply --max-error 0.001 -o horse.ply      as few triangles as that distance allows
   terrain-ingest mesh bunny.spm --lod 0 -o whole.ply                the finest level of a file made before
   terrain-ingest info bunny.spm                                     its levels and their errors";
+
+const CLOD_EXAMPLES: &str = "\
+Examples:
+  terrain-ingest clod bunny.obj -o bunny.clod                       all levels, each with fewer patches than the last
+  terrain-ingest clod teapot.bez --max-error 0.01 -o teapot.glb     fewest patches within that, as triangles with normals
+  terrain-ingest clod bunny.clod --patches 1000 --tessellate 0.0001 -o bunny1000.obj
+  terrain-ingest clod fandisk.obj --crease-angle 30 -o fandisk.json
+  terrain-ingest info bunny.clod                                    its levels, their patches and errors";
 
 /// Turns elevation rasters into progressive terrain whose every level of detail carries a certified error in metres.
 ///
@@ -75,11 +84,14 @@ pub(crate) enum Command {
     Merge(MergeArgs),
     /// Triangulate a whole raster into one mesh, in the raster's own coordinates.
     Tin(TinArgs),
-    /// Make levels of detail of a polygonal model (PLY, OBJ), each with a certified distance from it; or extract one.
+    /// Make levels of detail of a polygonal model (PLY, OBJ, STL, OFF, glTF), each with a certified distance from it; or extract
+    /// one.
     Mesh(MeshArgs),
+    /// Make curved levels of detail, of Bézier patches, of a polygonal model or a spline surface; or draw one as triangles.
+    Clod(ClodArgs),
     /// Measure again, from the tiles or the mesh and the raster alone, every error that was claimed.
     Verify(VerifyArgs),
-    /// Print what an archive, or a .spm or .lod file, says of itself.
+    /// Print what an archive, or a .spm, .lod or .clod file, says of itself.
     Info(InfoArgs),
 }
 
@@ -246,8 +258,8 @@ pub(crate) struct TinArgs {
 #[derive(Args)]
 #[command(after_help = MESH_EXAMPLES)]
 pub(crate) struct MeshArgs {
-    /// A model (.ply, .obj), or levels made before (.spm, .lod) to extract one from.
-    #[arg(value_name = "IN.ply|IN.obj|IN.spm|IN.lod")]
+    /// A model (.ply, .obj, .stl, .off, .gltf, .glb), or levels made before (.spm, .lod) to extract one from.
+    #[arg(value_name = "IN.ply|IN.obj|IN.stl|IN.off|IN.glb|IN.spm|IN.lod")]
     pub(crate) input: PathBuf,
     /// What to write.
     ///
@@ -275,6 +287,45 @@ pub(crate) struct MeshArgs {
     pub(crate) run: RunArgs,
 }
 
+/// Curved levels of detail.
+///
+/// A surface becomes cubic triangular Bézier patches: one for each triangle of a polygonal model, which bends as its normals say
+/// and keeps its creases, or two for each patch of a spline surface. Patches are then merged, level by level. Every level says how
+/// far it is from level 0 at most, in the model's units, both ways. A model must be an oriented 2-manifold, closed or with
+/// boundaries; surfaces that touch are parted.
+#[derive(Args)]
+#[command(after_help = CLOD_EXAMPLES)]
+pub(crate) struct ClodArgs {
+    /// A polygonal model (.ply, .obj, .stl, .off, .gltf, .glb), Bézier patches in one of the layouts of the Utah teapot (.bez,
+    /// .bpt, .txt), or levels made before (.clod).
+    #[arg(value_name = "MODEL")]
+    pub(crate) input: PathBuf,
+    /// What to write.
+    ///
+    /// .clod: all levels and their errors, control points rounded to a 2^20th of the longest side, or finer where --max-error asks
+    /// for it; the errors include that. .json: all levels, as text. .obj, .ply, .glb: one level as triangles with normals.
+    #[arg(short, long, value_name = "OUT.clod|OUT.json|OUT.obj|OUT.ply|OUT.glb")]
+    pub(crate) output: PathBuf,
+    /// Merge no farther than to this distance, in units of the model; of levels made before, the coarsest that is within it.
+    #[arg(long, value_name = "E", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) max_error: Option<f64>,
+    /// Stop at so many patches; of levels made before, the first that has no more.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) patches: Option<u32>,
+    /// The level to draw as triangles, 0 being the finest; the coarsest if neither this nor the options above say otherwise.
+    #[arg(long, value_name = "K", conflicts_with = "patches")]
+    pub(crate) level: Option<usize>,
+    /// How far triangles may be from the patches, in units of the model; a thousandth of its longest side if not given.
+    #[arg(long, value_name = "TOLERANCE", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) tessellate: Option<f64>,
+    /// Compute normals from the triangles, with creases along edges that turn by more than so many degrees, from 0 to 180. If not
+    /// given, the file's own normals are used, or where it has none, 60.
+    #[arg(long, value_name = "DEGREES", value_parser = degrees, allow_negative_numbers = true)]
+    pub(crate) crease_angle: Option<f64>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
 /// Brute force over an archive or a mesh.
 #[derive(Args)]
 pub(crate) struct VerifyArgs {
@@ -298,8 +349,8 @@ pub(crate) struct VerifyArgs {
 
 #[derive(Args)]
 pub(crate) struct InfoArgs {
-    /// The archive, or levels of a polygonal model.
-    #[arg(value_name = "OUT.pmtiles|OUT.spm|OUT.lod")]
+    /// The archive, or levels of a model.
+    #[arg(value_name = "OUT.pmtiles|OUT.spm|OUT.lod|OUT.clod")]
     pub(crate) archive: PathBuf,
     /// Print JSON instead of a table.
     #[arg(long)]
@@ -390,6 +441,15 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(number)
     } else {
         Err("must be a number above 0".to_owned())
+    }
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=180.0).contains(&number) {
+        Ok(number)
+    } else {
+        Err("must be a number from 0 to 180".to_owned())
     }
 }
 

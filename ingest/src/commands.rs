@@ -14,14 +14,15 @@ use terrain_ingest::samples::Overrides;
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
 use terrain_ingest::{
-    HeightGrid, Progress, ReadOptions, peak_memory, polygonal_model, pyramid, quarter_of_memory, raster, tin, verify,
+    HeightGrid, Progress, ReadOptions, curved_model, peak_memory, polygonal_model, pyramid, quarter_of_memory, raster,
+    tin, verify,
 };
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::{HeightsAbove, Metadata, Vertical};
 
 use crate::cli::{
-    Bound, BuildArgs, Cli, Command, InfoArgs, JobArgs, MergeArgs, MeshArgs, PlanArgs, Quality, RasterArgs, RunArgs,
-    TileArgs, TinArgs, UpdateArgs, VerifyArgs,
+    Bound, BuildArgs, Cli, ClodArgs, Command, InfoArgs, JobArgs, MergeArgs, MeshArgs, PlanArgs, Quality, RasterArgs,
+    RunArgs, TileArgs, TinArgs, UpdateArgs, VerifyArgs,
 };
 use crate::failure::Failure;
 use crate::work::Work;
@@ -35,6 +36,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Merge(arguments)) => merge(&arguments),
         Some(Command::Tin(arguments)) => triangulate(arguments),
         Some(Command::Mesh(arguments)) => simplify_model(arguments),
+        Some(Command::Clod(arguments)) => curve_model(&arguments),
         Some(Command::Verify(arguments)) => check(arguments),
         Some(Command::Info(arguments)) => info(&arguments),
     }
@@ -274,6 +276,21 @@ fn simplify_model(arguments: MeshArgs) -> Result<(), Failure> {
     print_finished(report, &arguments.output, started, arguments.run.json)
 }
 
+fn curve_model(arguments: &ClodArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    check_output(&arguments.output)?;
+    let progress = prepare(&arguments.run)?;
+    let options = curved_model::Options {
+        max_error: arguments.max_error,
+        patches: arguments.patches.map(|patches| patches as usize),
+        level: arguments.level,
+        tolerance: arguments.tessellate,
+        crease_angle: arguments.crease_angle.map(f64::to_radians),
+    };
+    let report = curved_model::run(&arguments.input, &options, &arguments.output, &progress).map_err(blamed)?;
+    print_finished(report, &arguments.output, started, arguments.run.json)
+}
+
 fn check(arguments: VerifyArgs) -> Result<(), Failure> {
     let progress = prepare(&arguments.run)?;
     if let Err(error) = std::fs::metadata(&arguments.subject) {
@@ -309,15 +326,21 @@ fn check(arguments: VerifyArgs) -> Result<(), Failure> {
 
 /// A fault of a model is one of the input.
 fn blamed(error: anyhow::Error) -> Failure {
-    match error.downcast_ref::<polygonal_model::ModelError>() {
-        Some(_) => Failure::Input(error),
-        None => Failure::Other(error),
+    let is_models = error.is::<polygonal_model::ModelError>() || error.is::<curved_model::CurvedModelError>();
+    if is_models {
+        Failure::Input(error)
+    } else {
+        Failure::Other(error)
     }
 }
 
 fn info(arguments: &InfoArgs) -> Result<(), Failure> {
     if has_extension(&arguments.archive, &["spm", "lod"]) {
         let report = polygonal_model::info(&arguments.archive).map_err(blamed)?;
+        return print(&report, arguments.json);
+    }
+    if has_extension(&arguments.archive, &["clod"]) {
+        let report = curved_model::info(&arguments.archive).map_err(blamed)?;
         return print(&report, arguments.json);
     }
     let reader = Reader::open(&arguments.archive).map_err(|error| Failure::Input(error.into()))?;

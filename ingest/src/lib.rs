@@ -5,6 +5,7 @@ mod certify;
 mod chunk_view;
 mod chunks;
 mod coarse;
+pub mod curved_model;
 pub mod curved_terrain;
 pub mod georeference;
 pub mod height_grid;

@@ -1,9 +1,10 @@
-//! Polygonal models: surfaces in space of any topology, read from PLY and OBJ files, made into levels of detail of certified
+//! Polygonal models: surfaces in space of any topology, read from files of polygons, made into levels of detail of certified
 //! error, and written as one level or as all of them.
 //!
 //! ```text
-//! .ply, .obj ──read, weld──▶ Model ──collapse, or cluster──▶ LeveledModel ──▶ .lod, .spm, .x3d, .wrl: all levels
-//!                                                 .lod, .spm ──────▲       └─▶ .ply: one level
+//! .ply, .obj, .stl, .off,
+//! .gltf, .glb ──read, weld──▶ Model ──collapse, or cluster──▶ LeveledModel ──▶ .lod, .spm, .x3d, .wrl: all levels
+//!                                                  .lod, .spm ──────▲       └─▶ .ply: one level
 //! ```
 //!
 //! An oriented 2-manifold is simplified by edge collapses (`terrain_core::space::simplify`), after surfaces that touch in vertices or
@@ -27,18 +28,19 @@ mod weld;
 mod world_file;
 
 use std::fmt;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Write};
-use std::path::Path;
+use std::path::{Component, Path};
 
 use anyhow::{Context, Result};
+use glam::DVec3;
 use serde::Serialize;
 use terrain_core::Mesh;
 use terrain_core::space::simplify::Placement;
 use terrain_core::streaming::multilevel::MultilevelLimits;
-use terrain_tiles::formats::polygons::{Column, PolygonLimits};
+use terrain_tiles::formats::polygons::{Column, PolygonLimits, Polygons};
 use terrain_tiles::formats::x3d::Encoding;
-use terrain_tiles::formats::{obj, ply};
+use terrain_tiles::formats::{gltf, obj, off, ply, stl};
 use terrain_tiles::new_file::NewFile;
 
 pub use self::error::ModelError;
@@ -47,7 +49,7 @@ pub use self::model::Model;
 use self::order::Order;
 pub use self::order::Target;
 use self::simplified::Way;
-use self::weld::welded;
+use self::weld::{Welded, welded};
 use crate::progress::Progress;
 
 /// What to make of a model.
@@ -246,23 +248,50 @@ fn note_columns(model: &Model, form: Form, progress: &Progress) {
     }
 }
 
-/// Reads a `.ply` or an `.obj` file, by its name. Polygons become fans of triangles, positions that are one become one
-/// vertex, and what has no area left in that, or is not used, is dropped.
+/// Reads a file of polygons, of a format that its name tells. Polygons become fans of triangles, positions that are one become
+/// one vertex, and what has no area left in that, or is not used, is dropped.
 ///
 /// # Errors
 /// What is wrong with the file.
 pub fn read(path: &Path, limits: PolygonLimits) -> Result<Model, ModelError> {
+    Ok(welded(polygons(path, limits)?)?.model)
+}
+
+/// A normal for each corner of each triangle.
+pub(crate) type CornerNormals = Vec<[DVec3; 3]>;
+
+/// A model as an oriented manifold, surfaces that touch being parted, and the normals at the corners of its triangles where the
+/// file has some.
+pub(crate) fn read_manifold(path: &Path) -> Result<(Mesh, Option<CornerNormals>), ModelError> {
+    let Welded { model, normals } = welded(polygons(path, PolygonLimits::default())?)?;
+    Ok((model.parted().map_err(ModelError::NotManifold)?.mesh, normals))
+}
+
+fn polygons(path: &Path, limits: PolygonLimits) -> Result<Polygons, ModelError> {
     let file = || File::open(path).map(BufReader::new);
-    let polygons = match extension(path).as_str() {
+    Ok(match extension(path).as_str() {
         "ply" => ply::read(file()?, limits)?,
         "obj" => obj::read(file()?, limits)?,
+        "stl" => stl::read(file()?, limits)?,
+        "off" => off::read(file()?, limits)?,
+        "gltf" | "glb" => gltf::read(&fs::read(path)?, &|name| read_beside(path, name), limits)?,
         _ => return Err(ModelError::Unknown),
-    };
-    welded(polygons)
+    })
+}
+
+/// Reads a file that another names, by a path that leads down from where that is.
+fn read_beside(path: &Path, name: &str) -> io::Result<Vec<u8>> {
+    let leads_down = Path::new(name)
+        .components()
+        .all(|part| matches!(part, Component::Normal(_)));
+    match leads_down && !name.contains(':') {
+        true => fs::read(path.with_file_name(name)),
+        false => Err(io::Error::other("only files beside it or below are read")),
+    }
 }
 
 /// A file's extension in lower case; empty where it has none.
-fn extension(path: &Path) -> String {
+pub(crate) fn extension(path: &Path) -> String {
     let extension = path.extension().unwrap_or_default();
     extension.to_string_lossy().to_lowercase()
 }

@@ -95,7 +95,52 @@ fn faults_are_named() {
     let negative = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
         element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n3 0 -1 0\n";
     assert!(fault("negative.ply", negative).starts_with("face 0 uses vertex"));
-    assert!(fault("a.stl", "").starts_with("models are read from"));
+    assert!(fault("a.step", "").starts_with("models are read from"));
+}
+
+#[test]
+fn a_tetrahedron_is_the_same_in_every_format() {
+    let positions = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let facet = |face: &[usize; 3]| {
+        let corners = face.map(|corner| format!("vertex {}\n", positions[corner])).concat();
+        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+    };
+    let stl = format!("solid t\n{}endsolid t\n", faces.iter().map(facet).collect::<String>());
+    let face = |face: &[usize; 3]| format!("3 {} {} {}\n", face[0], face[1], face[2]);
+    let off = format!(
+        "OFF\n4 4 6\n{}\n{}",
+        positions.join("\n"),
+        faces.iter().map(face).collect::<String>()
+    );
+    let folder = TempDir::new().unwrap();
+    let floats = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let numbers = floats.iter().flat_map(|number| number.to_le_bytes());
+    let corners = faces.iter().flatten().flat_map(|&corner| (corner as u16).to_le_bytes());
+    fs::write(folder.path().join("t.bin"), numbers.chain(corners).collect::<Vec<u8>>()).unwrap();
+    let gltf = |buffer: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":72,"uri":"{buffer}"}}],"bufferViews":
+            [{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":24}}],"accessors":
+            [{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}},
+            {{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}]}}"#
+        )
+    };
+    let bits = |model: Model| {
+        let corners = model.mesh.triangles.as_flattened().iter();
+        corners
+            .map(|&corner| model.mesh.positions[corner as usize].to_array())
+            .collect::<Vec<_>>()
+    };
+    let read_as = |name: &str, text: &str| read(&file(&folder, name, text), PolygonLimits::default());
+    let expected = bits(read_as("t.off", &off).unwrap());
+    assert_eq!(bits(read_as("t.STL", &stl).unwrap()), expected);
+    assert_eq!(bits(read_as("t.gltf", &gltf("t.bin")).unwrap()), expected);
+    for outside in ["../t.bin", "/etc/hostname", "file:///etc/hostname"] {
+        let refused = read_as("out.gltf", &gltf(outside)).unwrap_err().to_string();
+        assert!(refused.contains("only files beside it or below are read"), "{refused}");
+    }
 }
 
 #[test]

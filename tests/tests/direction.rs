@@ -24,7 +24,7 @@ const ALLOWED: [(&str, &[&str]); 6] = [
 ];
 
 /// Libraries and the files or folders that wrap them: no other file names them.
-const HOMES: [(&str, &[&str]); 14] = [
+const HOMES: [(&str, &[&str]); 17] = [
     ("gdal", &["ingest/src/raster"]),
     ("exr", &["ingest/src/raster/exr_file.rs"]),
     ("proj", &["ingest/src/georeference/projection.rs"]),
@@ -35,6 +35,9 @@ const HOMES: [(&str, &[&str]); 14] = [
         &["tiles/src/formats/ply.rs", "ingest/src/verify/mesh_file.rs"],
     ),
     ("tobj", &["tiles/src/formats/obj.rs", "ingest/src/verify/mesh_file.rs"]),
+    ("stl_io", &["tiles/src/formats/stl.rs"]),
+    ("gltf_json", &["tiles/src/formats/gltf.rs", "tiles/src/formats/gltf"]),
+    ("base64", &["tiles/src/formats/gltf/buffers.rs"]),
     ("axum", &["server"]),
     ("tokio", &["server", "ingest/src/store.rs"]),
     ("object_store", &["ingest/src/store.rs"]),

@@ -1,17 +1,22 @@
 //! File formats under one roof, readers beside writers. They read from and write to memory or streams; opening files is the
 //! programs'.
 
+pub mod bezier;
+pub mod clod;
 #[cfg(test)]
 #[path = "formats/damage_tests.rs"]
 mod damage;
 mod fields;
+pub mod gltf;
 pub mod lod;
 pub mod obj;
+pub mod off;
 pub mod ply;
 pub mod polygons;
 pub mod quantized_mesh;
 pub mod spm;
 pub mod spt;
+pub mod stl;
 pub mod x3d;
 
 pub use fields::{DecodeError, LevelLimits};

@@ -10,8 +10,11 @@
 //! formats, readers beside writers
 //!   spt             a progressive tile                        read, written      docs/formats/spt.md
 //!   spm             a progressive mesh of any manifold        read, written      docs/formats/spm.md
+//!   clod            curved levels of detail                   read, written      docs/formats/clod.md
 //!   lod             a multilevel mesh as text                 read, written      (the papers' grammar)
-//!   ply, obj        a mesh of polygons                        read, written
+//!   ply, obj, gltf  a mesh of polygons                        read, written
+//!   stl, off        a mesh of polygons                        read
+//!   bezier          tensor-product Bézier patches             read
 //!   x3d             a world that streams a `.lod` file        written            docs/formats/world.md
 //!   quantized_mesh  a tile for map clients                    read, written      docs/formats/quantized-mesh.md
 //! ```

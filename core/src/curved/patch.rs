@@ -161,4 +161,4 @@ fn blend([a, b, c]: [DVec3; 3], at: DVec3) -> DVec3 {
 
 #[cfg(test)]
 #[path = "patch_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -26,6 +26,8 @@ mod curves;
 mod pieces;
 mod plan;
 mod search;
+mod shared_curves;
+mod state;
 mod surface;
 
 use glam::DVec3;
@@ -34,41 +36,15 @@ use smallvec::SmallVec;
 use self::pieces::{Cell, Piece};
 use self::plan::{Made, Plan, Tag, Target};
 use self::search::{Reach, is_star};
+use self::shared_curves::{CurveUse, ROUNDING};
+use self::state::Simplifier;
 use self::surface::Surface;
-use crate::curved::levels::{CurveUse, CurvedLevels, ROUNDING};
+use crate::curved::levels::CurvedLevels;
 use crate::curved::model::CurvedModel;
 use crate::curved::patch::{CENTRE, CubicPatch};
 use crate::topology::half_edges::NONE;
 
-/// When to stop, and what may become of patches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// No patch has a larger certified error, in the model's units.
-    pub max_error: f64,
-    /// Nothing is merged once there are so few patches.
-    pub patches: usize,
-    /// How far from straight on the edges of a pair may be, in radians, to begin with.
-    pub angle: f64,
-    /// The same where nothing else is left.
-    pub largest_angle: f64,
-    /// The curvature guard: the least cosine between a new patch's normals at its corners and the normal of its corners' triangle.
-    pub least_cosine: f64,
-    /// The size guard: the longest distance between two corners of a new patch.
-    pub longest_side: f64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            max_error: f64::INFINITY,
-            patches: 0,
-            angle: 1.2,
-            largest_angle: 1.5,
-            least_cosine: 0.2,
-            longest_side: f64::INFINITY,
-        }
-    }
-}
+pub use self::state::Options;
 
 /// A level is finished once so large a part of its vertices was removed.
 const LEVEL: f64 = 0.02;
@@ -97,24 +73,6 @@ pub fn simplify(model: CurvedModel, options: &Options, progress: impl FnMut(usiz
     let mut simplifier = Simplifier::new(model, options);
     simplifier.run(progress);
     simplifier.surface.into_levels()
-}
-
-struct Simplifier {
-    options: Options,
-    surface: Surface,
-    tags: Vec<Tag>,
-    /// What the removal of each vertex certifies, as it is estimated or was found; infinite where it cannot be removed.
-    costs: Vec<f64>,
-    /// What was last found for each vertex.
-    found: Vec<f64>,
-    is_stale: Vec<bool>,
-    /// Whether the edges around each vertex were not looked at since they changed.
-    may_turn: Vec<bool>,
-    angle: f64,
-    limit: f64,
-    /// Vertices removed since the level began.
-    removed: usize,
-    scratch: Vec<(DVec3, f64, f64)>,
 }
 
 impl Simplifier {

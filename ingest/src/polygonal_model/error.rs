@@ -14,7 +14,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// Its name tells no format.
-    #[error("models are read from .ply and .obj files, levels from .spm and .lod files")]
+    #[error("models are read from .ply, .obj, .stl, .off, .gltf and .glb files, levels from .spm and .lod files")]
     Unknown,
     /// The output's name tells no format.
     #[error("levels are written as .spm, .lod, .x3d or .wrl, one of them as .ply")]
@@ -57,6 +57,9 @@ pub enum ModelError {
     /// A progressive mesh file holds surfaces only.
     #[error("a .spm file holds manifolds only, write a .lod or a .ply file: {0}")]
     NoManifold(ManifoldError),
+    /// Curved models are fitted to surfaces only.
+    #[error("only manifolds are fitted with patches: {0}")]
+    NotManifold(ManifoldError),
     /// A progressive mesh file cannot hold the levels.
     #[error("a .spm file cannot hold these levels")]
     Incompressible(#[from] ProgressiveMeshError),

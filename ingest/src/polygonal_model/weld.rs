@@ -11,9 +11,18 @@ use super::{Model, ModelError};
 /// The largest coordinate: fifth powers of lengths, which measuring needs, are numbers still.
 const FARTHEST: f64 = 1e60;
 
+/// Names of the columns that are a normal.
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+
+/// A welded model, and the normals of its triangles' corners where the file has some.
+pub(super) struct Welded {
+    pub(super) model: Model,
+    pub(super) normals: Option<Vec<[DVec3; 3]>>,
+}
+
 /// One vertex for each position that a triangle uses, in the order of the file. Triangles that lose a corner, or that were
 /// there before, are dropped; so are columns whose values at one position differ.
-pub(super) fn welded(polygons: Polygons) -> Result<Model, ModelError> {
+pub(super) fn welded(polygons: Polygons) -> Result<Welded, ModelError> {
     if let Some(vertex) = polygons.positions.iter().position(|position| !position.is_finite()) {
         return Err(ModelError::NotFinite(vertex));
     }
@@ -30,14 +39,14 @@ pub(super) fn welded(polygons: Polygons) -> Result<Model, ModelError> {
         .iter()
         .map(|corners| corners.map(|corner| first[corner as usize]));
     let mut known = HashSet::new();
-    let proper: Vec<[u32; 3]> = corners
-        .filter(|&[a, b, c]| a != b && b != c && c != a)
-        .filter(|&corners| known.insert(from_least(corners)))
-        .collect();
+    let mut is_proper = |[a, b, c]: [u32; 3]| a != b && b != c && c != a && known.insert(from_least([a, b, c]));
+    let (origins, proper): (Vec<usize>, Vec<[u32; 3]>) =
+        corners.enumerate().filter(|&(_, corners)| is_proper(corners)).unzip();
     if proper.is_empty() {
         return Err(ModelError::NoTriangles);
     }
     let (kept, numbers) = numbered(&proper, polygons.positions.len());
+    let normals = normals(&polygons, &origins);
     let (columns, seamed): (Vec<Column>, Vec<Column>) = polygons
         .columns
         .into_iter()
@@ -46,7 +55,7 @@ pub(super) fn welded(polygons: Polygons) -> Result<Model, ModelError> {
         values: kept.iter().map(|&vertex| column.values[vertex as usize]).collect(),
         ..column
     };
-    Ok(Model {
+    let model = Model {
         mesh: Mesh {
             positions: kept.iter().map(|&vertex| polygons.positions[vertex as usize]).collect(),
             triangles: proper
@@ -56,7 +65,22 @@ pub(super) fn welded(polygons: Polygons) -> Result<Model, ModelError> {
         },
         columns: columns.into_iter().map(gather).collect(),
         seams: seamed.into_iter().map(|column| column.name).collect(),
-    })
+    };
+    Ok(Welded { model, normals })
+}
+
+/// The normals at the corners of triangles, by the file's vertices.
+fn normals(polygons: &Polygons, triangles: &[usize]) -> Option<Vec<[DVec3; 3]>> {
+    let column = |name: &str| polygons.columns.iter().find(|column| column.name == name);
+    let [x, y, z] = NORMAL.map(column);
+    let [x, y, z] = [x?, y?, z?].map(|column| &column.values);
+    let normal = |vertex: u32| DVec3::new(x[vertex as usize], y[vertex as usize], z[vertex as usize]);
+    Some(
+        triangles
+            .iter()
+            .map(|&triangle| polygons.triangles[triangle].map(normal))
+            .collect(),
+    )
 }
 
 /// For each vertex the first one with its position.

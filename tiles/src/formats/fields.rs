@@ -119,6 +119,11 @@ impl<'a> Fields<'a> {
         DecodeError::Truncated(self.length)
     }
 
+    /// Bytes that were not read yet.
+    pub(crate) fn remaining(&self) -> usize {
+        self.rest.len()
+    }
+
     pub(crate) fn bytes<const COUNT: usize>(&mut self) -> Result<[u8; COUNT], DecodeError> {
         let (bytes, rest) = self.rest.split_first_chunk().ok_or_else(|| self.truncated())?;
         self.rest = rest;
@@ -140,7 +145,7 @@ impl<'a> Fields<'a> {
     }
 
     /// A number between −2^41 and 2^41.
-    fn signed_number(&mut self) -> Result<i64, DecodeError> {
+    pub(crate) fn signed_number(&mut self) -> Result<i64, DecodeError> {
         self.variable()
     }
 

@@ -1,20 +1,21 @@
 //! Wavefront OBJ, read by the `tobj` crate, written as text.
 
-use std::io::{self, BufRead, Write};
+use std::io::{self, BufRead, Read, Write};
 use std::path::Path;
 
 use glam::DVec3;
+use terrain_core::Mesh;
 
 use super::polygons::{Column, PolygonError, PolygonLimits, Polygons, Storage};
 
 /// Colours are shares of one in this format and bytes everywhere else.
 const LARGEST_BYTE: f64 = 255.0;
 
-/// Reads all objects and groups of a file as one set of polygons. Its materials are not looked for.
+/// Reads all objects and groups of a file as one set of polygons. What it says of materials is not read.
 ///
 /// # Errors
 /// Where the bytes are of another format, or more than `limits` allow.
-pub fn read(mut file: impl BufRead, limits: PolygonLimits) -> Result<Polygons, PolygonError> {
+pub fn read(file: impl BufRead, limits: PolygonLimits) -> Result<Polygons, PolygonError> {
     let options = tobj::LoadOptions {
         single_index: true,
         ignore_points: true,
@@ -26,7 +27,8 @@ pub fn read(mut file: impl BufRead, limits: PolygonLimits) -> Result<Polygons, P
         reason: error.to_string(),
     };
     let no_materials = |_: &Path| Ok(Default::default());
-    let (objects, _) = tobj::load_obj_buf(&mut file, &options, no_materials).map_err(malformed)?;
+    let (objects, _) =
+        tobj::load_obj_buf(&mut WithoutMaterials::new(file), &options, no_materials).map_err(malformed)?;
     let meshes: Vec<tobj::Mesh> = objects.into_iter().map(|object| object.mesh).collect();
     let mut polygons = Polygons {
         columns: columns(&meshes),
@@ -34,6 +36,56 @@ pub fn read(mut file: impl BufRead, limits: PolygonLimits) -> Result<Polygons, P
     };
     meshes.iter().try_for_each(|mesh| add(mesh, &mut polygons, limits))?;
     Ok(polygons)
+}
+
+/// A file without its lines on materials, at which the crate stops where they are odd or name a file that is not there.
+struct WithoutMaterials<R> {
+    file: R,
+    line: Vec<u8>,
+    /// Bytes of the line that were read.
+    read: usize,
+}
+
+impl<R: BufRead> WithoutMaterials<R> {
+    fn new(file: R) -> Self {
+        Self {
+            file,
+            line: Vec::new(),
+            read: 0,
+        }
+    }
+
+    fn is_on_materials(&self) -> bool {
+        let line = self.line.trim_ascii_start();
+        ["mtllib", "usemtl"]
+            .iter()
+            .any(|word| line.starts_with(word.as_bytes()))
+    }
+}
+
+impl<R: BufRead> BufRead for WithoutMaterials<R> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        while self.read == self.line.len() || self.is_on_materials() {
+            self.line.clear();
+            self.read = 0;
+            if self.file.read_until(b'\n', &mut self.line)? == 0 {
+                break;
+            }
+        }
+        Ok(&self.line[self.read..])
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.read += count;
+    }
+}
+
+impl<R: BufRead> Read for WithoutMaterials<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let count = self.fill_buf()?.read(bytes)?;
+        self.consume(count);
+        Ok(count)
+    }
 }
 
 fn add(mesh: &tobj::Mesh, polygons: &mut Polygons, limits: PolygonLimits) -> Result<(), PolygonError> {
@@ -99,3 +151,35 @@ pub fn write(out: &mut impl Write, positions: &[DVec3], triangles: &[[u32; 3]], 
     }
     Ok(())
 }
+
+/// Writes a mesh whose triangles have a normal at each corner, after a comment.
+///
+/// # Errors
+/// What `out` says.
+pub fn write_with_normals(
+    out: &mut impl Write,
+    mesh: &Mesh,
+    normals: &[DVec3],
+    triangle_normals: &[[u32; 3]],
+    note: &str,
+) -> io::Result<()> {
+    writeln!(out, "# {note}")?;
+    for DVec3 { x, y, z } in &mesh.positions {
+        writeln!(out, "v {x} {y} {z}")?;
+    }
+    for DVec3 { x, y, z } in normals {
+        writeln!(out, "vn {x} {y} {z}")?;
+    }
+    for (corners, normals) in mesh.triangles.iter().zip(triangle_normals) {
+        write!(out, "f")?;
+        for (corner, normal) in corners.iter().zip(normals) {
+            write!(out, " {}//{}", corner + 1, normal + 1)?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "obj_tests.rs"]
+mod tests;

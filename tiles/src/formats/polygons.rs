@@ -1,4 +1,4 @@
-//! What files of polygons hold, `.ply` and `.obj`.
+//! What files of polygons hold: `.ply`, `.obj`, `.stl`, `.off`, `.gltf` and `.glb`.
 
 use std::io;
 

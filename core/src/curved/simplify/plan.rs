@@ -13,7 +13,7 @@ use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
 use super::pieces::{Cell, Map, Piece};
-use crate::curved::levels::CurveUse;
+use super::shared_curves::CurveUse;
 
 const X: DVec3 = DVec3::X;
 const Y: DVec3 = DVec3::Y;

@@ -2,10 +2,10 @@
 
 use smallvec::SmallVec;
 
-use super::Simplifier;
 use super::curves::{self, FittedCurve};
 use super::plan::{self, Crossing, NewCurve, On, Plan, Side, SideOf, Tag};
-use crate::curved::levels::CurveUse;
+use super::shared_curves::CurveUse;
+use super::state::Simplifier;
 use crate::curved::merging;
 use crate::curved::patterns::{MergeablePair, Ring, pairs_in};
 use crate::topology::half_edges::{NONE, next, previous};

@@ -5,7 +5,8 @@ use smallvec::SmallVec;
 
 use super::pieces::{MOST_PIECES, Piece};
 use super::plan::{Made, Plan, Side};
-use crate::curved::levels::{CurveUse, CurvedLevels, Frame, LevelPatch};
+use super::shared_curves::{CurveUse, Frame, RecordedPatch, levels_of};
+use crate::curved::levels::CurvedLevels;
 use crate::curved::model::CurvedModel;
 use crate::curved::patch::CubicPatch;
 use crate::curved::patterns::Ring;
@@ -21,7 +22,7 @@ pub(super) struct Surface {
     /// Of each place: what its patch stands for; nothing where that is its own piece.
     pieces: Vec<Vec<Piece>>,
     /// All patches that ever were.
-    log: Vec<LevelPatch>,
+    log: Vec<RecordedPatch>,
     pub(super) patch_count: usize,
     pub(super) level: u32,
 }
@@ -70,7 +71,7 @@ impl Surface {
     }
 
     fn take_patch(&mut self, slot: u32, given: &CubicPatch) {
-        let mut patch = LevelPatch {
+        let mut patch = RecordedPatch {
             centre: given.points[4],
             error: 0.0,
             corners: self.topology.triangles()[slot as usize],
@@ -206,7 +207,7 @@ impl Surface {
             self.curve_of[(3 * slot + (corner + turn) % 3) as usize] = curve;
         }
         self.log_of[slot as usize] = self.log.len() as u32;
-        self.log.push(LevelPatch {
+        self.log.push(RecordedPatch {
             centre: made.centre,
             error: made.error,
             corners: self.topology.triangles()[slot as usize],
@@ -229,7 +230,7 @@ impl Surface {
         self.log
             .iter_mut()
             .for_each(|patch| patch.died = patch.died.min(levels));
-        CurvedLevels::new(self.frame, self.log, levels)
+        levels_of(&self.frame, &self.log, levels)
     }
 }
 
