@@ -297,8 +297,9 @@ pub(crate) struct MeshArgs {
 #[command(after_help = CLOD_EXAMPLES)]
 pub(crate) struct ClodArgs {
     /// A polygonal model (.ply, .obj, .stl, .off, .gltf, .glb), Bézier patches in one of the layouts of the Utah teapot (.bez,
-    /// .bpt, .txt), or levels made before (.clod).
-    #[arg(value_name = "MODEL")]
+    /// .bpt, .txt), levels made before (.clod), or an elevation raster: of that, one curved surface within --max-error metres of
+    /// every sample.
+    #[arg(value_name = "MODEL|DEM")]
     pub(crate) input: PathBuf,
     /// What to write.
     ///
@@ -315,13 +316,16 @@ pub(crate) struct ClodArgs {
     /// The level to draw as triangles, 0 being the finest; the coarsest if neither this nor the options above say otherwise.
     #[arg(long, value_name = "K", conflicts_with = "patches")]
     pub(crate) level: Option<usize>,
-    /// How far triangles may be from the patches, in units of the model; a thousandth of its longest side if not given.
+    /// How far triangles may be from the patches, in units of the model; if not given, a thousandth of its longest side, for a raster a
+    /// quarter of its error.
     #[arg(long, value_name = "TOLERANCE", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) tessellate: Option<f64>,
     /// Compute normals from the triangles, with creases along edges that turn by more than so many degrees, from 0 to 180. If not
     /// given, the file's own normals are used, or where it has none, 60.
     #[arg(long, value_name = "DEGREES", value_parser = degrees, allow_negative_numbers = true)]
     pub(crate) crease_angle: Option<f64>,
+    #[command(flatten)]
+    pub(crate) raster: RasterArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

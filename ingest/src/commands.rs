@@ -14,8 +14,8 @@ use terrain_ingest::samples::Overrides;
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
 use terrain_ingest::{
-    HeightGrid, Progress, ReadOptions, curved_model, peak_memory, polygonal_model, pyramid, quarter_of_memory, raster,
-    tin, verify,
+    HeightGrid, Progress, ReadOptions, curved_model, curved_terrain, peak_memory, polygonal_model, pyramid,
+    quarter_of_memory, raster, tin, verify,
 };
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::{HeightsAbove, Metadata, Vertical};
@@ -36,7 +36,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Merge(arguments)) => merge(&arguments),
         Some(Command::Tin(arguments)) => triangulate(arguments),
         Some(Command::Mesh(arguments)) => simplify_model(arguments),
-        Some(Command::Clod(arguments)) => curve_model(&arguments),
+        Some(Command::Clod(arguments)) => curve(arguments),
         Some(Command::Verify(arguments)) => check(arguments),
         Some(Command::Info(arguments)) => info(&arguments),
     }
@@ -276,9 +276,13 @@ fn simplify_model(arguments: MeshArgs) -> Result<(), Failure> {
     print_finished(report, &arguments.output, started, arguments.run.json)
 }
 
-fn curve_model(arguments: &ClodArgs) -> Result<(), Failure> {
+/// Triangles of a raster's surface are as near to it as this part of its error where nobody says otherwise.
+const TRIANGLES_IN_AN_ERROR: f64 = 4.0;
+
+fn curve(arguments: ClodArgs) -> Result<(), Failure> {
     let started = Instant::now();
-    check_output(&arguments.output)?;
+    let (output, json) = (arguments.output, arguments.run.json);
+    check_output(&output)?;
     let progress = prepare(&arguments.run)?;
     let options = curved_model::Options {
         max_error: arguments.max_error,
@@ -287,8 +291,50 @@ fn curve_model(arguments: &ClodArgs) -> Result<(), Failure> {
         tolerance: arguments.tessellate,
         crease_angle: arguments.crease_angle.map(f64::to_radians),
     };
-    let report = curved_model::run(&arguments.input, &options, &arguments.output, &progress).map_err(blamed)?;
-    print_finished(report, &arguments.output, started, arguments.run.json)
+    if curved_model::is_read(&arguments.input) {
+        let report = curved_model::run(&arguments.input, &options, &output, &progress).map_err(blamed)?;
+        return print_finished(report, &output, started, json);
+    }
+    let max_error = options.max_error.ok_or_else(|| {
+        let name = arguments.input.display();
+        Failure::Input(anyhow!("{name}: a surface of a raster needs --max-error METRES"))
+    })?;
+    let grid = read(&[arguments.input], arguments.raster, &progress)?;
+    let on_lattice = max_error * (1.0 - curved_model::LATTICE_SHARE);
+    let (levels, report) = curved_terrain::run(&grid, on_lattice, &progress).map_err(Failure::Other)?;
+    let options = curved_model::Options {
+        tolerance: options.tolerance.or(Some(max_error / TRIANGLES_IN_AN_ERROR)),
+        ..options
+    };
+    let made = curved_model::write(&levels, &options, &output, &progress).map_err(blamed)?;
+    let surface = CurvedSurface {
+        surface: report,
+        tessellation: made.tessellation,
+    };
+    print_finished(surface, &output, started, json)
+}
+
+/// A curved surface of a raster, and the triangles that it became, if it did.
+#[derive(Serialize)]
+struct CurvedSurface {
+    #[serde(flatten)]
+    surface: curved_terrain::Report,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tessellation: Option<curved_model::TessellationReport>,
+}
+
+impl Display for CurvedSurface {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.surface)?;
+        match &self.tessellation {
+            Some(made) => write!(
+                f,
+                "\n{} triangles, {} vertices, within {:.3e} of the surface",
+                made.triangles, made.vertices, made.tolerance
+            ),
+            None => Ok(()),
+        }
+    }
 }
 
 fn check(arguments: VerifyArgs) -> Result<(), Failure> {

@@ -133,18 +133,33 @@ impl Form {
 /// A [`CurvedModelError`] inside where the input is at fault or the options do not fit it; otherwise where the file cannot be
 /// written.
 pub fn run(input: &Path, options: &Options, output: &Path, progress: &Progress) -> Result<Report> {
-    let form = Form::of_file(output).with_context(|| output.display().to_string())?;
+    Form::of_file(output).with_context(|| output.display().to_string())?;
     let levels = leveled(input, options, progress).with_context(|| input.display().to_string())?;
+    write(&levels, options, output, progress).with_context(|| input.display().to_string())
+}
+
+/// Whether a file is read as a model or as levels, by its name.
+#[must_use]
+pub fn is_read(input: &Path) -> bool {
+    extension(input) == "clod" || source::is_read(input)
+}
+
+/// Writes levels, or one of them, to `output`, all at once or not at all.
+///
+/// # Errors
+/// A [`CurvedModelError`] inside where the options do not fit; otherwise where the file cannot be written.
+pub fn write(levels: &CurvedLevels, options: &Options, output: &Path, progress: &Progress) -> Result<Report> {
+    let form = Form::of_file(output).with_context(|| output.display().to_string())?;
     progress.stage(&format!("writing {}", output.display()), 1);
-    let mut report = report(&levels);
+    let mut report = report(levels);
     let mut file = NewFile::create(output).with_context(|| output.display().to_string())?;
     let mut out = BufWriter::new(file.file());
     match form {
-        Form::Clod => out.write_all(&clod::encode(&levels, bits(&levels, options)).map_err(CurvedModelError::from)?)?,
-        Form::Json => write_json(&mut out, &levels)?,
+        Form::Clod => out.write_all(&clod::encode(levels, bits(levels, options)).map_err(CurvedModelError::from)?)?,
+        Form::Json => write_json(&mut out, levels)?,
         Form::Triangles(form) => {
-            let level = chosen(&levels, options).with_context(|| input.display().to_string())?;
-            let tolerance = options.tolerance.unwrap_or_else(|| longest_side(&levels) / 1000.0);
+            let level = chosen(levels, options)?;
+            let tolerance = options.tolerance.unwrap_or_else(|| longest_side(levels) / 1000.0);
             let made = Tessellation::within(&levels.model(level), tolerance).map_err(CurvedModelError::from)?;
             let note = format!(
                 "terrain-ingest distance from level 0 at most {:e}",
@@ -190,7 +205,7 @@ fn leveled(input: &Path, options: &Options, progress: &Progress) -> Result<Curve
     progress.advance(1);
     let count = model.patches().len();
     let goal = simplify::Options {
-        max_error: options.max_error.unwrap_or(f64::INFINITY),
+        max_error: options.max_error.unwrap_or(f64::INFINITY) * (1.0 - LATTICE_SHARE),
         patches: options.patches.unwrap_or(0),
         ..simplify::Options::default()
     };
@@ -231,8 +246,8 @@ fn chosen(levels: &CurvedLevels, options: &Options) -> Result<usize, CurvedModel
 
 /// The longest side of the model is divided by two to this, or more where an error asks for it.
 const FEWEST_BITS: u32 = 20;
-/// Share of an error that rounding to the lattice may take.
-const SHARE: f64 = 1.0 / 64.0;
+/// Share of an error that rounding to the lattice may take, so that what was asked for holds of a file, too.
+pub const LATTICE_SHARE: f64 = 1.0 / 64.0;
 
 /// Bits of a lattice that takes a small share of the error that was asked for.
 fn bits(levels: &CurvedLevels, options: &Options) -> u32 {
@@ -240,7 +255,7 @@ fn bits(levels: &CurvedLevels, options: &Options) -> u32 {
     let is_enough = |bits: &u32| {
         options
             .max_error
-            .is_none_or(|error| side / f64::from(*bits).exp2() <= error * SHARE)
+            .is_none_or(|error| side / f64::from(*bits).exp2() <= error * LATTICE_SHARE)
     };
     (FEWEST_BITS..clod::MOST_BITS)
         .find(is_enough)

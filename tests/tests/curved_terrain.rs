@@ -2,7 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use glam::{DVec2, DVec3};
-use terrain_ingest::curved_terrain::{self, Patch};
+use terrain_core::curved::levels::CurvedLevels;
+use terrain_ingest::curved_terrain::{self, Frame};
 use terrain_ingest::georeference::GeoReference;
 use terrain_ingest::{HeightGrid, Progress};
 
@@ -44,6 +45,16 @@ fn random_grid(random: &mut fastrand::Rng) -> HeightGrid {
     grid(columns, rows, heights)
 }
 
+type Patch = [DVec3; 10];
+
+/// Control points of all patches, above longitude and latitude.
+fn patches(levels: &CurvedLevels, frame: Frame) -> Vec<Patch> {
+    let [origin, scale] = [frame.origin, frame.scale].map(DVec2::from);
+    let placed = |point: DVec3| (point.truncate() / scale + origin).extend(point.z);
+    let all = levels.patches().iter();
+    all.map(|patch| patch.patch.points.map(placed)).collect()
+}
+
 /// De Casteljau's algorithm.
 fn at(patch: &Patch, [u, v, w]: [f64; 3]) -> DVec3 {
     let mut points = patch.to_vec();
@@ -61,12 +72,6 @@ fn at(patch: &Patch, [u, v, w]: [f64; 3]) -> DVec3 {
         points = next;
     }
     points[0]
-}
-
-/// Control points in rows, the first of which is the first corner.
-fn in_rows(patch: &Patch) -> Patch {
-    let [a300, a210, a201, a120, a111, a102, a030, a021, a012, a003] = *patch;
-    [a300, a210, a201, a120, a111, a102, a030, a021, a012, a003]
 }
 
 /// Largest difference at the samples of cells with four of them, and how many of those no patch covers.
@@ -87,7 +92,7 @@ fn measured(grid: &HeightGrid, patches: &[Patch]) -> (f64, usize) {
                 let height = f64::from(grid.height(column, row));
                 if weights.iter().all(|&weight| weight > -BESIDE) && !height.is_nan() {
                     let found = &mut off[row * grid.columns + column];
-                    *found = found.min((at(&in_rows(patch), weights).z - height).abs());
+                    *found = found.min((at(patch, weights).z - height).abs());
                 }
             }
         }
@@ -118,8 +123,8 @@ fn curved_surfaces_of_random_rasters_hold_what_they_claim() {
             assert!(curved_terrain::run(&grid, max_error, &Progress::silent()).is_err());
             continue;
         }
-        let (patches, report) = curved_terrain::run(&grid, max_error, &Progress::silent()).unwrap();
-        let (worst, missed) = measured(&grid, &patches);
+        let (levels, report) = curved_terrain::run(&grid, max_error, &Progress::silent()).unwrap();
+        let (worst, missed) = measured(&grid, &patches(&levels, report.frame));
         assert_eq!(missed, 0, "seed {seed}");
         assert!(
             worst <= report.certified_error + 1e-9,
@@ -137,8 +142,8 @@ fn a_plane_is_two_patches_of_any_size() {
     for (columns, rows) in [(2, 2), (2, 40), (60, 45)] {
         let heights = (0..columns * rows).map(|index| (3 * (index % columns) + index / columns) as f32);
         let grid = grid(columns, rows, heights.collect());
-        let (patches, _) = curved_terrain::run(&grid, 0.01, &Progress::silent()).unwrap();
-        assert_eq!(patches.len(), 2, "{columns} × {rows}");
+        let (levels, _) = curved_terrain::run(&grid, 0.01, &Progress::silent()).unwrap();
+        assert_eq!(levels.patch_count(0), 2, "{columns} × {rows}");
     }
 }
 

@@ -108,8 +108,12 @@ impl<'a> CubicSurface<'a> {
 
     /// Corners of all triangles, counter-clockwise in plan.
     pub fn triangles(&self) -> impl Iterator<Item = [SlopedPoint; 3]> + '_ {
-        let triangles = self.sampled.surface.triangles();
-        triangles.map(|(_, corners)| corners.map(|corner| self.sloped(corner)))
+        self.corners().map(|corners| corners.map(|corner| self.sloped(corner)))
+    }
+
+    /// The same by the numbers of vertices, of which some may be no triangle's.
+    pub fn corners(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.sampled.surface.triangles().map(|(_, corners)| corners)
     }
 
     /// Vertices that are left.

@@ -21,6 +21,15 @@ const SAME_NORMAL: f64 = 0.009;
 /// How often patches of a degree above three are halved each way.
 const HALVINGS: u32 = 2;
 
+const PATCHES: [&str; 3] = ["bez", "bpt", "txt"];
+const POLYGONS: [&str; 6] = ["ply", "obj", "stl", "off", "gltf", "glb"];
+
+/// Whether a file is a model, by its name.
+pub(super) fn is_read(path: &Path) -> bool {
+    let extension = extension(path);
+    PATCHES.iter().chain(&POLYGONS).any(|known| extension == *known)
+}
+
 /// Reads a model, by its file's name.
 pub(super) fn read(
     path: &Path,
@@ -28,8 +37,8 @@ pub(super) fn read(
     progress: &Progress,
 ) -> Result<CurvedModel, CurvedModelError> {
     match extension(path).as_str() {
-        "bez" | "bpt" | "txt" => read_patches(path, progress),
-        "ply" | "obj" | "stl" | "off" | "gltf" | "glb" => {
+        patches if PATCHES.contains(&patches) => read_patches(path, progress),
+        polygons if POLYGONS.contains(&polygons) => {
             let (mesh, normals) = read_manifold(path)?;
             let normals = corner_normals(&mesh, normals, crease_angle);
             Ok(CurvedModel::from_mesh(&mesh, &normals)?)

@@ -134,12 +134,3 @@ fn damaged_seeds_give_levels_that_can_be_drawn_or_an_error() {
         assert!(accepted.count() < 350);
     }
 }
-
-/// Writes the seed of the fuzz target.
-#[test]
-#[ignore = "writes into the corpus"]
-fn write_seed() {
-    let folder = format!("{}/../fuzz/corpus/clod", env!("CARGO_MANIFEST_DIR"));
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(format!("{folder}/hills.clod"), encode(&hills(6), 14).unwrap()).unwrap();
-}
