@@ -15,6 +15,7 @@
 //! | §1, §2.1 static and dynamic tessellation | [`tessellation`] of [`edge_cuts`], bounded by [`flatness`] |
 
 pub mod corner_normals;
+mod curve_twins;
 pub mod edge_cuts;
 pub mod fit;
 pub mod flatness;

@@ -4,7 +4,7 @@
 //! Patches are sorted by when they went, latest first. What a level shows is in the prefix of those that were there after it,
 //! so that extracting it looks at about as many patches as it has, whatever came before.
 
-use crate::curved::level_record;
+use crate::curved::curve_twins;
 use crate::curved::model::CurvedModel;
 use crate::curved::patch::CubicPatch;
 use crate::topology::half_edges::HalfEdges;
@@ -74,7 +74,7 @@ impl CurvedLevels {
         let number = |corner: u32| vertices.partition_point(|&vertex| vertex < corner) as u32;
         let corners: Vec<[u32; 3]> = shown.iter().map(|patch| patch.corners.map(number)).collect();
         let patches: Vec<CubicPatch> = shown.iter().map(|patch| patch.patch).collect();
-        let twins = level_record::twins(&corners, &patches);
+        let twins = curve_twins::twins(&corners, &patches);
         CurvedModel {
             patches,
             topology: HalfEdges::with_twins(vertices.len(), corners, twins),

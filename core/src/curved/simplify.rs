@@ -36,7 +36,7 @@ use smallvec::SmallVec;
 use self::pieces::{Cell, Piece};
 use self::plan::{Made, Plan, Tag, Target};
 use self::search::{Reach, is_star};
-use self::shared_curves::{CurveUse, ROUNDING};
+use self::shared_curves::CurveUse;
 use self::state::Simplifier;
 use self::surface::Surface;
 use crate::curved::levels::CurvedLevels;
@@ -76,25 +76,6 @@ pub fn simplify(model: CurvedModel, options: &Options, progress: impl FnMut(usiz
 }
 
 impl Simplifier {
-    fn new(model: CurvedModel, options: &Options) -> Self {
-        let vertices = model.topology.vertex_slots() as usize;
-        let points = model.patches.iter().flat_map(|patch| patch.points);
-        let largest_coordinate = points.fold(0.0, |largest: f64, point| largest.max(point.abs().max_element()));
-        Self {
-            options: *options,
-            surface: Surface::new(model),
-            tags: vec![Tag::Undecided; vertices],
-            costs: vec![f64::INFINITY; vertices],
-            found: vec![0.0; vertices],
-            is_stale: vec![true; vertices],
-            may_turn: vec![true; vertices],
-            angle: options.angle,
-            limit: ROUNDING * largest_coordinate,
-            removed: usize::MAX,
-            scratch: Vec::new(),
-        }
-    }
-
     fn run(&mut self, mut progress: impl FnMut(usize)) {
         let mut live: Vec<u32> = (0..self.tags.len() as u32).collect();
         while self.surface.patch_count > self.options.patches {

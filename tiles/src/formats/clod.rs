@@ -19,6 +19,7 @@ use terrain_core::curved::levels::CurvedLevels;
 use thiserror::Error;
 
 use self::lattice::Lattice;
+pub use self::lattice::MOST_BITS;
 use self::patches::{PatchReader, PatchWriter};
 use super::DecodeError;
 use super::fields::{Fields, Format};
@@ -28,8 +29,6 @@ const FORMAT: Format = Format {
     magic: *b"CLOD",
     version: 1,
 };
-/// The longest side of a model is divided by two to this at most.
-pub const MOST_BITS: u32 = 38;
 /// The least bytes of a patch.
 const LEAST_PATCH: usize = 15;
 

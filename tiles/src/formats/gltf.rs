@@ -12,7 +12,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Index, Root};
 use serde_json::json;
 
-use self::buffers::Buffers;
+use self::buffers::{Buffers, malformed};
 use super::polygons::{Column, PolygonError, PolygonLimits, Polygons, Storage};
 
 /// What may be required of who draws the file without changing its triangles.
@@ -207,13 +207,6 @@ fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
             rest.windows(2).map(|two| [indices[0], two[0], two[1]]).collect()
         }
         _ => indices.as_chunks::<3>().0.to_vec(),
-    }
-}
-
-fn malformed(reason: &impl ToString) -> PolygonError {
-    PolygonError::Malformed {
-        format: "glTF",
-        reason: reason.to_string(),
     }
 }
 

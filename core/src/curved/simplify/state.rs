@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use super::plan::Tag;
+use super::shared_curves::ROUNDING;
 use super::surface::Surface;
+use crate::curved::model::CurvedModel;
 
 /// When to stop, and what may become of patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,4 +54,25 @@ pub(super) struct Simplifier {
     /// Vertices removed since the level began.
     pub(super) removed: usize,
     pub(super) scratch: Vec<(DVec3, f64, f64)>,
+}
+
+impl Simplifier {
+    pub(super) fn new(model: CurvedModel, options: &Options) -> Self {
+        let vertices = model.topology.vertex_slots() as usize;
+        let points = model.patches.iter().flat_map(|patch| patch.points);
+        let largest_coordinate = points.fold(0.0, |largest: f64, point| largest.max(point.abs().max_element()));
+        Self {
+            options: *options,
+            surface: Surface::new(model),
+            tags: vec![Tag::Undecided; vertices],
+            costs: vec![f64::INFINITY; vertices],
+            found: vec![0.0; vertices],
+            is_stale: vec![true; vertices],
+            may_turn: vec![true; vertices],
+            angle: options.angle,
+            limit: ROUNDING * largest_coordinate,
+            removed: usize::MAX,
+            scratch: Vec::new(),
+        }
+    }
 }

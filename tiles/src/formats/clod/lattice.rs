@@ -3,9 +3,11 @@
 use glam::{DVec3, I64Vec3};
 use integer_encoding::VarInt;
 
-use super::MOST_BITS;
 use crate::formats::DecodeError;
 use crate::formats::fields::Fields;
+
+/// The longest side of a model is divided by two to this at most.
+pub const MOST_BITS: u32 = 38;
 
 /// Where lattice points are.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,7 +11,6 @@ use gltf_json::validation::Checked;
 use gltf_json::{Buffer, Index, Root};
 use percent_encoding::percent_decode_str;
 
-use super::malformed;
 use crate::formats::polygons::PolygonError;
 
 /// All buffers: the file's own, those written into it, and those beside it.
@@ -117,4 +116,11 @@ fn named(uri: &str, open: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Vec<u8
         .decode_utf8()
         .map_err(|error| malformed(&error))?;
     open(&path).map_err(|error| malformed(&format!("{path}: {error}")))
+}
+
+pub(super) fn malformed(reason: &impl ToString) -> PolygonError {
+    PolygonError::Malformed {
+        format: "glTF",
+        reason: reason.to_string(),
+    }
 }
