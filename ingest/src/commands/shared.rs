@@ -1,0 +1,181 @@
+//! What commands have in common: arguments become options, rasters are opened, reports printed.
+
+use std::fmt::{self, Display};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+use terrain_core::height_field::{reference, simplify};
+use terrain_ingest::raster::Rasters;
+use terrain_ingest::samples::Overrides;
+use terrain_ingest::{
+    HeightGrid, Progress, ReadOptions, curved_model, peak_memory, polygonal_model, quarter_of_memory, raster,
+};
+use terrain_tiles::metadata::{HeightsAbove, Vertical};
+
+use crate::cli::{Bound, Quality, RasterArgs, RunArgs};
+use crate::failure::Failure;
+
+/// A fault of a model is one of the input.
+pub(super) fn blamed(error: anyhow::Error) -> Failure {
+    let is_models = error.is::<polygonal_model::ModelError>() || error.is::<curved_model::CurvedModelError>();
+    if is_models {
+        Failure::Input(error)
+    } else {
+        Failure::Other(error)
+    }
+}
+
+/// Sets the number of threads and says where progress goes.
+pub(super) fn prepare(run: &RunArgs) -> Result<Progress, Failure> {
+    if let Some(jobs) = run.jobs {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(jobs))
+            .build_global()
+            .map_err(|error| Failure::Other(error.into()))?;
+    }
+    Ok(if run.quiet {
+        Progress::silent()
+    } else if run.json {
+        Progress::as_events()
+    } else {
+        Progress::on_standard_error()
+    })
+}
+
+/// `heights` is what they are above where the person does not say it.
+pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides {
+    Overrides {
+        crs: raster.crs,
+        bounds: raster.bounds,
+        vertical: Vertical {
+            heights: raster.heights.map_or(heights, HeightsAbove::from),
+            datum: raster.vertical,
+            geoid: raster.geoid.map(|path| path.display().to_string()),
+        },
+    }
+}
+
+pub(super) fn read_options(overrides: Overrides, progress: &Progress) -> ReadOptions {
+    ReadOptions {
+        overrides,
+        progress: progress.clone(),
+        ..ReadOptions::default()
+    }
+}
+
+/// Bytes of memory to stay below, roughly.
+pub(super) fn memory(run: &RunArgs) -> u64 {
+    run.memory.unwrap_or_else(quarter_of_memory)
+}
+
+pub(super) fn open(dems: &[PathBuf], overrides: Overrides, progress: &Progress) -> Result<Rasters, Failure> {
+    Rasters::open(dems, &read_options(overrides, progress)).map_err(|error| Failure::Input(error.into()))
+}
+
+pub(super) fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
+    let grid = raster::read(dems, &read_options(overrides(raster, HeightsAbove::Source), progress))
+        .map_err(|error| Failure::Input(error.into()))?;
+    if !grid.has_surface() {
+        let first = dems[0].display();
+        return Err(Failure::Input(anyhow!(
+            "{first}: no four neighbouring samples are all valid, so there is no surface"
+        )));
+    }
+    Ok(grid)
+}
+
+/// Finds out before the work whether the result has a place.
+pub(super) fn check_output(output: &Path) -> Result<(), Failure> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let problem = match folder {
+        _ if output.is_dir() => "is a folder",
+        Some(folder) if !folder.is_dir() => "its folder does not exist",
+        _ => return Ok(()),
+    };
+    Err(Failure::Input(anyhow!("{}: {problem}", output.display())))
+}
+
+pub(super) fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension()
+        .is_some_and(|extension| extensions.iter().any(|known| extension.eq_ignore_ascii_case(known)))
+}
+
+pub(super) fn bound_name(bound: Bound) -> &'static str {
+    match bound {
+        Bound::Surface => "surface",
+        Bound::Samples => "samples",
+    }
+}
+
+impl From<Quality> for simplify::Quality {
+    fn from(quality: Quality) -> Self {
+        match quality {
+            Quality::Fast => Self::Fast,
+            Quality::Default => Self::Default,
+            Quality::Best => Self::Best,
+        }
+    }
+}
+
+impl From<Bound> for reference::Bound {
+    fn from(bound: Bound) -> Self {
+        match bound {
+            Bound::Surface => Self::Surface,
+            Bound::Samples => Self::Samples,
+        }
+    }
+}
+
+/// A report with what the job cost.
+#[derive(Serialize)]
+pub(super) struct Finished<R> {
+    output: PathBuf,
+    #[serde(flatten)]
+    report: R,
+    seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_memory_bytes: Option<u64>,
+}
+
+impl<R: Display> Display for Finished<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.report)?;
+        write!(f, "{}: {:.1} s", self.output.display(), self.seconds)?;
+        match self.peak_memory_bytes {
+            Some(bytes) => write!(f, ", peak memory {} MB", bytes / 1_000_000),
+            None => Ok(()),
+        }
+    }
+}
+
+pub(super) fn print_finished<R: Serialize + Display>(
+    report: R,
+    output: &Path,
+    started: Instant,
+    json: bool,
+) -> Result<(), Failure> {
+    let finished = Finished {
+        output: output.to_owned(),
+        report,
+        seconds: started.elapsed().as_secs_f64(),
+        peak_memory_bytes: peak_memory(),
+    };
+    print(&finished, json)
+}
+
+pub(super) fn print(report: &(impl Serialize + Display), json: bool) -> Result<(), Failure> {
+    let text = if json {
+        serde_json::to_string_pretty(report).map_err(|error| Failure::Other(error.into()))?
+    } else {
+        report.to_string()
+    };
+    match writeln!(io::stdout(), "{text}") {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(error).context("standard output").map_err(Failure::Other)
+        }
+        _ => Ok(()),
+    }
+}
