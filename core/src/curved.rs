@@ -6,7 +6,7 @@
 //! | --- | --- |
 //! | §4 triangular patches, de Casteljau's algorithm | [`patch`] |
 //! | §5.1 patches for triangles | [`fit`], with normals at their corners by [`corner_normals`] |
-//! | §5.2 patches for tensor-product patches | [`tensor`] |
+//! | §5.2 patches for tensor-product patches | [`tensor`], turned to agree by `orientation` |
 //! | (heights on a grid as tensor-product patches) | [`height_patches`] |
 //! | §5 the model with its adjacency | [`model`] |
 //! | §6.1 mergeable edge pairs and patterns | [`patterns`] |
@@ -24,6 +24,7 @@ pub mod level_record;
 pub mod levels;
 pub mod merging;
 pub mod model;
+mod orientation;
 pub mod patch;
 mod patch_lattice;
 pub mod patterns;

@@ -9,6 +9,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::curved::fit::{self, Refined, SAME_NORMAL, Tangent};
+use crate::curved::orientation;
 use crate::curved::patch::{CENTRE, CubicPatch};
 use crate::curved::tensor::{self, Bicubic};
 use crate::mesh::Mesh;
@@ -106,12 +107,16 @@ impl CurvedModel {
         })
     }
 
-    /// Two patches for each bicubic one (§5.2), both passes of §5.1 for their centres. Patches meet where they have a whole
-    /// boundary curve in common, exactly and in opposite directions. A curve that is one point, as at a pole, meets nothing;
+    /// Two patches for each bicubic one (§5.2), both passes of §5.1 for their centres. Bicubic ones that are the other way round
+    /// than their neighbours are turned, and all of them where a closed surface is inside out. Patches meet where they have a
+    /// whole boundary curve in common, exactly. A curve that is one point, as at a pole, meets nothing;
     /// nor do more than two that are the same.
     #[must_use]
     pub fn from_bicubics(tensors: &[Bicubic]) -> Self {
-        let patches: Vec<CubicPatch> = tensors.iter().flat_map(tensor::triangles).collect();
+        let patches: Vec<CubicPatch> = orientation::oriented(tensors)
+            .iter()
+            .flat_map(tensor::triangles)
+            .collect();
         let twins = twins_by_curve(&patches);
         let (vertex_count, corners) = vertices_of_fans(&twins);
         let mut model = Self {

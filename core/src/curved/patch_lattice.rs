@@ -36,6 +36,11 @@ pub(crate) struct PatchLattice<'a> {
 impl PatchLattice<'_> {
     /// Triangles, counter-clockwise.
     pub(crate) fn triangles(&self) -> impl Iterator<Item = [Place; 3]> {
+        self.triangles_at().map(|(_, places)| places)
+    }
+
+    /// The same, and where their corners are in the lattice.
+    pub(crate) fn triangles_at(&self) -> impl Iterator<Item = ([[u32; 3]; 3], [Place; 3])> {
         let steps = self.steps;
         let rows = (0..steps).flat_map(move |i| (0..steps - i).map(move |j| [i, j, steps - 1 - i - j]));
         let both = rows.flat_map(|[i, j, k]| {
@@ -43,8 +48,8 @@ impl PatchLattice<'_> {
             let turned = (k > 0).then(|| [[i, j + 1, k], [i + 1, j, k], [i + 1, j + 1, k.saturating_sub(1)]]);
             [Some(upright), turned.map(|[a, b, c]| [c, a, b])]
         });
-        let both = both.flatten().map(|three| three.map(|at| self.place(at)));
-        both.filter(|[a, b, c]| a != b && b != c && c != a)
+        let both = both.flatten().map(|three| (three, three.map(|at| self.place(at))));
+        both.filter(|(_, [a, b, c])| a != b && b != c && c != a)
     }
 
     /// The vertex at whole-numbered barycentric coordinates.
@@ -118,6 +123,12 @@ impl PatchLattice<'_> {
         let moved = |sign: i32| [0, 1, 2].map(|axis| at[axis].wrapping_add_signed(sign * step[axis]));
         Some([1, -1].map(|sign| self.place(moved(sign))))
     }
+}
+
+/// The sides that a triangle of a lattice touches.
+pub(crate) fn sides_of(triangle: [[u32; 3]; 3]) -> impl Iterator<Item = usize> {
+    let is_on = move |side: &usize| triangle.iter().any(|at| at[(side + 2) % 3] == 0);
+    (0..3).filter(is_on)
 }
 
 #[cfg(test)]

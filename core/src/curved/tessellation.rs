@@ -8,6 +8,8 @@
 //! curves, and new points inside a patch start in the middle of the edge that they cut in two. A lattice has then a power of
 //! two steps, so that the points of one are those of the next, too.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use thiserror::Error;
 
@@ -15,7 +17,7 @@ use crate::curved::edge_cuts::{EdgeCuts, Steps, canonical};
 use crate::curved::flatness::{self, View};
 use crate::curved::model::CurvedModel;
 use crate::curved::patch::CubicPatch;
-use crate::curved::patch_lattice::{PatchLattice, Place};
+use crate::curved::patch_lattice::{PatchLattice, Place, sides_of};
 use crate::curved::tessellated_numbers::Numbering;
 use crate::mesh::Mesh;
 use crate::topology::half_edges::{NONE, edges_of};
@@ -27,7 +29,7 @@ pub const MOST_STEPS_IN_VIEW: f64 = 64.0;
 /// Most triangles of a tessellation.
 pub const MOST_TRIANGLES: u64 = 1 << 28;
 /// The share of a tolerance that chords of edges may use, so that finer lattices inside can keep the rest.
-const SHARE_OF_EDGES: f64 = 0.6;
+const SHARE_OF_EDGES: f64 = 0.8;
 
 /// A curved model as triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -63,8 +65,8 @@ pub enum TessellationError {
 
 impl Tessellation {
     /// Triangles within `tolerance` of the patches, in the model's units: each point of either within it of the other. Along
-    /// edges that is known before ([`flatness::chord_error`]); inside a patch every triangle is measured
-    /// ([`flatness::part_error`]), and a lattice that is too coarse made finer.
+    /// edges that is known before ([`flatness::chord_error`]); then every triangle is measured ([`flatness::part_error`]), and
+    /// edges are cut finer where those that touch them are too coarse, lattices where others are.
     ///
     /// # Errors
     /// Where the tolerance is too small for the model.
@@ -78,9 +80,7 @@ impl Tessellation {
                 is_gradual: false,
             },
         )?;
-        for index in 0..model.patches().len() {
-            cut.refine(index, tolerance)?;
-        }
+        cut.refine(tolerance)?;
         cut.triangles()
     }
 
@@ -156,21 +156,71 @@ impl<'a> CutModel<'a> {
         }
     }
 
-    /// Makes a patch's lattice finer until each of its triangles is within the tolerance.
-    fn refine(&mut self, index: usize, tolerance: f64) -> Result<(), TessellationError> {
-        let patch = &self.model.patches()[index];
-        loop {
-            let lattice = self.lattice(index);
-            let error = |places: [Place; 3]| flatness::part_error(patch, places.map(|place| lattice.domain(place)));
-            if lattice.triangles().all(|places| error(places) <= tolerance) {
-                return Ok(());
+    /// Makes lattices and edges finer until each triangle is within the tolerance.
+    fn refine(&mut self, tolerance: f64) -> Result<(), TessellationError> {
+        let mut unmeasured: BTreeSet<usize> = (0..self.steps.len()).collect();
+        while let Some(index) = unmeasured.pop_first() {
+            let errors = self.errors(index);
+            if errors.largest <= tolerance {
+                continue;
             }
-            let finer = self.steps[index].count + self.steps[index].count / 8 + 1;
-            if finer > MOST_STEPS {
-                return Err(TessellationError::TooFine(index));
+            unmeasured.insert(index);
+            let uneven = self.uneven_edges(index, |side| errors.along[side] > tolerance);
+            if uneven.is_empty() {
+                self.refine_lattice(index, errors.largest / tolerance)?;
             }
-            self.steps[index].count = finer;
+            for (side, edge) in uneven {
+                let pieces = finer(self.cuts[edge as usize].pieces(), errors.along[side] / tolerance);
+                unmeasured.extend(self.refine_edge(edge, pieces.min(self.steps[index].count)));
+            }
         }
+        Ok(())
+    }
+
+    /// How far triangles of a patch are off.
+    fn errors(&self, index: usize) -> TriangleErrors {
+        let patch = &self.model.patches()[index];
+        let lattice = self.lattice(index);
+        let mut errors = TriangleErrors::default();
+        for (at, places) in lattice.triangles_at() {
+            let error = flatness::part_error(patch, places.map(|place| lattice.domain(place)));
+            errors.largest = errors.largest.max(error);
+            for side in sides_of(at) {
+                errors.along[side] = errors.along[side].max(error);
+            }
+        }
+        errors
+    }
+
+    /// Those edges of a patch that have fewer pieces than its lattice.
+    fn uneven_edges(&self, index: usize, is_meant: impl Fn(usize) -> bool) -> Vec<(usize, u32)> {
+        let is_uneven = |&(side, edge): &(usize, u32)| {
+            is_meant(side) && self.cuts[edge as usize].pieces() < self.steps[index].count
+        };
+        (0..3).zip(edges_of(index as u32)).filter(is_uneven).collect()
+    }
+
+    fn refine_lattice(&mut self, index: usize, excess: f64) -> Result<(), TessellationError> {
+        let steps = &mut self.steps[index].count;
+        *steps = finer(*steps, excess);
+        if *steps > MOST_STEPS {
+            return Err(TessellationError::TooFine(index));
+        }
+        Ok(())
+    }
+
+    /// Cuts an edge for both of its patches, and makes the other's lattice as fine at least; which one that is.
+    fn refine_edge(&mut self, edge: u32, pieces: u32) -> Option<usize> {
+        self.cuts[edge as usize] = EdgeCuts::even(pieces);
+        let twin = self.model.topology.twin(edge);
+        if twin == NONE {
+            return None;
+        }
+        self.cuts[twin as usize] = EdgeCuts::even(pieces);
+        let across = twin as usize / 3;
+        let steps = &mut self.steps[across].count;
+        *steps = pieces.max(*steps);
+        Some(across)
     }
 
     fn triangles(&self) -> Result<Tessellation, TessellationError> {
@@ -198,9 +248,13 @@ impl<'a> CutModel<'a> {
             self.place_inside(index, &lattice, &vertices, &mut made.mesh.positions);
             self.add_normals(index, &lattice, &normals, &mut made.normals);
             for places in lattice.triangles() {
-                made.mesh
-                    .triangles
-                    .push(places.map(|place| vertices.number(index, place, &lattice)));
+                let corners = places.map(|place| vertices.number(index, place, &lattice));
+                let [a, b, c] = corners.map(|corner| made.mesh.positions[corner as usize]);
+                let is_at_a_pole = a == b || b == c || c == a;
+                if is_at_a_pole {
+                    continue;
+                }
+                made.mesh.triangles.push(corners);
                 made.triangle_normals
                     .push(places.map(|place| normals.number(index, place, &lattice)));
             }
@@ -261,6 +315,20 @@ impl<'a> CutModel<'a> {
             normals[numbers.number(index, place, lattice) as usize] += from.map_or(own, |from| from.lerp(own, moved));
         }
     }
+}
+
+/// How far the triangles of a patch are off, and those of them that touch each side.
+#[derive(Default)]
+struct TriangleErrors {
+    largest: f64,
+    along: [f64; 3],
+}
+
+/// A number of steps after which an error that is so many times too large is not, if it falls with the square of it; twice as
+/// many at most, since along sides it need not.
+fn finer(steps: u32, excess: f64) -> u32 {
+    let wanted = (f64::from(steps) * excess.sqrt().min(2.0)).ceil() as u32;
+    wanted.max(steps + 1)
 }
 
 /// Steps of a lattice; none where there would be too many.

@@ -298,3 +298,40 @@ fn a_pole_has_the_normal_of_what_is_around_it() {
     let normal = unit_normal(&patch, DVec3::X);
     assert!(normal.is_normalized() && normal.z.abs() > 0.9, "{normal}");
 }
+
+/// Straight sides and a bent inside, and sides that are one point: what is finer inside makes its edges finer, too, rather than
+/// lattices of needles.
+#[test]
+fn triangles_are_no_more_than_those_of_even_lattices() {
+    let place = |i: usize, j: usize| DVec3::new(i as f64, j as f64, 0.0);
+    let is_inside = |i: usize| (1..3).contains(&i);
+    let pillow = [0, 1, 2, 3].map(|i| {
+        [0, 1, 2, 3].map(|j| match is_inside(i) && is_inside(j) {
+            true => place(i, j) + DVec3::Z,
+            false => place(i, j),
+        })
+    });
+    let dome = [(0.0, 3.0), (1.7, 3.0), (3.0, 1.7), (3.0, 0.0)].map(|(radius, height)| {
+        [(1.0, 0.0), (1.0, 0.55), (0.55, 1.0), (0.0, 1.0)]
+            .map(|(x, y): (f64, f64)| DVec3::new(radius * x, radius * y, height))
+    });
+    for bicubic in [pillow, dome] {
+        let model = CurvedModel::from_bicubics(&[bicubic]);
+        let tolerance = 0.002;
+        let made = Tessellation::within(&model, tolerance).unwrap();
+        let even = model.patches().iter().map(|patch| {
+            let steps = flatness::factor(flatness::triangle_error(patch), tolerance).ceil();
+            steps * steps
+        });
+        let (triangles, even) = (made.mesh.triangles.len(), even.sum::<f64>());
+        assert!(
+            triangles as f64 <= even,
+            "{triangles} triangles, {even} in even lattices"
+        );
+        let has_area = |three: &[u32; 3]| {
+            let [a, b, c] = three.map(|vertex| made.mesh.positions[vertex as usize]);
+            a != b && b != c && c != a
+        };
+        assert!(made.mesh.triangles.iter().all(has_area));
+    }
+}
