@@ -124,8 +124,10 @@ impl CurvedModel {
             topology: HalfEdges::with_twins(vertex_count, corners, twins),
             patches,
         };
+        // The two triangles of one bicubic patch are as smooth as it is, however far their diagonal is from it.
+        let is_diagonal = |edge: u32, twin: u32| twin != NONE && twin / 6 == edge / 6;
         model.is_crease = (0..model.is_crease.len() as u32)
-            .map(|edge| model.is_sharp(edge))
+            .map(|edge| !is_diagonal(edge, model.topology.twin(edge)) && model.is_sharp(edge))
             .collect();
         model.refine_centres();
         model
