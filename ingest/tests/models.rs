@@ -467,14 +467,12 @@ fn parts_that_touch_along_an_edge_are_parted_but_not_a_fin() {
 fn files_that_are_no_models_are_refused_by_name() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("cube.stl"), "solid\nendsolid\n").unwrap();
+    fs::write(folder.path().join("cube.step"), "ISO-10303-21;").unwrap();
     fs::write(folder.path().join("junk.spm"), "SPMX").unwrap();
     write_obj(&folder.path().join("torus.obj"), &torus());
     for (input, output, message) in [
-        (
-            "cube.stl",
-            "out.ply",
-            "cube.stl: models are read from .ply and .obj files",
-        ),
+        ("cube.stl", "out.ply", "cube.stl: has no triangles\n"),
+        ("cube.step", "out.ply", "cube.step: models are read from "),
         (
             "junk.spm",
             "out.ply",
