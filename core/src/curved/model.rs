@@ -3,11 +3,10 @@
 //! Half-edge `3p + i` is the boundary curve of patch `p` that [`CURVES`](crate::curved::patch::CURVES) counts as `i`. Patches
 //! across an edge have the same control points on it, bit for bit, so that the surface has no gaps.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::curved::curve_twins;
 use crate::curved::fit::{self, Refined, SAME_NORMAL, Tangent};
 use crate::curved::orientation;
 use crate::curved::patch::{CENTRE, CubicPatch};
@@ -255,45 +254,29 @@ fn tangents(topology: &HalfEdges, normals: &[[DVec3; 3]]) -> Vec<[[Tangent; 2]; 
         .collect()
 }
 
-/// The four control points of a curve as bits, with one zero.
-type CurveKey = [[u64; 3]; 4];
-
+/// Patches meet where they have a whole curve in common, whichever vertices it joins.
 fn twins_by_curve(patches: &[CubicPatch]) -> Vec<u32> {
-    let keys: Vec<CurveKey> = patches
-        .iter()
-        .flat_map(|patch| [0, 1, 2].map(|curve| key_of(patch.curve(curve))))
-        .collect();
-    let mut by_curve: HashMap<CurveKey, Vec<u32>> = HashMap::new();
-    for (edge, key) in (0..).zip(&keys) {
-        by_curve.entry(*key).or_default().push(edge);
-    }
-    let twin = |(edge, key): (u32, &CurveKey)| {
-        let mut reversed = *key;
-        reversed.reverse();
-        let is_single = |key: &CurveKey| by_curve.get(key).is_some_and(|edges| edges.len() == 1);
-        let is_paired = reversed != *key && is_single(key) && is_single(&reversed);
-        if is_paired {
-            by_curve[&reversed][0]
+    let paired = curve_twins::twins(&vec![[0; 3]; patches.len()], patches);
+    let twin = |(edge, twin): (u32, u32)| {
+        if twin == NONE {
+            lone_diagonal(edge, patches)
         } else {
-            lone_diagonal(edge, &keys)
+            twin
         }
     };
-    (0..).zip(&keys).map(twin).collect()
+    (0..).zip(paired).map(twin).collect()
 }
 
 /// The diagonal inside a tensor-product patch joins its two triangles whatever else runs there.
-fn lone_diagonal(edge: u32, keys: &[CurveKey]) -> u32 {
+fn lone_diagonal(edge: u32, patches: &[CubicPatch]) -> u32 {
     let other = match edge % 6 {
         2 => edge + 1,
         3 => edge - 1,
         _ => return NONE,
     };
-    let is_point = keys[edge as usize].iter().all(|point| *point == keys[edge as usize][0]);
+    let curve = patches[edge as usize / 3].curve(edge as usize % 3);
+    let is_point = curve.iter().all(|point| *point == curve[0]);
     if is_point { NONE } else { other }
-}
-
-fn key_of(curve: [DVec3; 4]) -> CurveKey {
-    curve.map(|point| (point + DVec3::ZERO).to_array().map(f64::to_bits))
 }
 
 /// A vertex for each fan of triangles around a corner.

@@ -171,14 +171,10 @@ impl<'a> Finer<'a> {
     /// A corner between parts is in all of them; one that is missing must not hide it.
     fn new(parts: [Option<&'a Chunk>; 4]) -> Self {
         let mut corners = vec![f32::NAN; FINER_CORNERS * FINER_CORNERS];
+        let mut samples = corners.clone();
         for (place, part) in parts.into_iter().enumerate() {
             if let Some(part) = part {
                 lay(&part.corners, place, &mut corners);
-            }
-        }
-        let mut samples = vec![f32::NAN; FINER_CORNERS * FINER_CORNERS];
-        for (place, part) in parts.into_iter().enumerate() {
-            if let Some(part) = part {
                 let mut of_part = part.corners.clone();
                 part.guessed
                     .iter()

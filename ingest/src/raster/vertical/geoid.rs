@@ -68,8 +68,8 @@ impl Geoid {
             .read_as::<f32>((0, 0), (columns, rows), (columns, rows), None)
             .map_err(unreadable)?;
         let (_, mut metres) = window.into_shape_and_vec();
-        let (scale, offset) =
-            scale_of_pgm(path).unwrap_or_else(|| (band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0)));
+        let of_pgm = scale_of_pgm(path);
+        let (scale, offset) = of_pgm.unwrap_or_else(|| (band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0)));
         let nodata = band.no_data_value();
         for metres in &mut metres {
             let is_void = nodata.is_some_and(|nodata| f64::from(*metres) == nodata);
@@ -85,7 +85,7 @@ impl Geoid {
                 (to_degrees.translation, DVec2::new(transform[1], transform[5]))
             }
             // GeographicLib's files begin at 0° E, 90° N, and go around the whole Earth.
-            Err(_) if scale_of_pgm(path).is_some() => (
+            Err(_) if of_pgm.is_some() => (
                 DVec2::new(0.0, 90.0),
                 DVec2::new(360.0 / columns as f64, -180.0 / (rows - 1) as f64),
             ),

@@ -15,7 +15,7 @@ pub(super) struct Product {
 }
 
 /// Patterns of file names, in the order in which they are tried; products that are above the ellipsoid are told apart first.
-const PRODUCTS: [(&str, &str, &str); 17] = [
+const PRODUCTS: [(&str, &str, &str); 16] = [
     ("an ellipsoidal DEM", r"(?i)(\.wgs84$|[_.-]ellipsoid)", "ellipsoid"),
     ("NASADEM HGTS", r"(?i)^NASADEM_HGTS_", "ellipsoid"),
     ("NASADEM", r"(?i)^NASADEM_HGT_", "EGM96"),
@@ -39,7 +39,6 @@ const PRODUCTS: [(&str, &str, &str); 17] = [
         r"(?i)^(USGS_(13|1|2)_[ns]\d|ned\d\d?_|n\d\dw\d\d\d_)",
         "NAVD88",
     ),
-    ("swissALTI3D", r"(?i)^swissalti3d_.*_5728", "LN02"),
     ("swissALTI3D", r"(?i)^swissalti3d_", "LN02"),
 ];
 
