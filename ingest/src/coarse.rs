@@ -52,8 +52,8 @@ impl<'a> CoarseWindow<'a> {
     pub(crate) fn reference<'b>(
         &'b self,
         [low, high]: [DVec2; 2],
-        to_grid: impl Fn(DVec2) -> DVec2,
-        to_plan: impl Fn(DVec2) -> DVec2,
+        to_grid: impl Fn(DVec2) -> DVec2 + Send + Sync + 'b,
+        to_plan: impl Fn(DVec2) -> DVec2 + Send + Sync + 'b,
         ground: Ground<'b>,
         bound: Bound,
     ) -> Reference<'b> {
@@ -69,8 +69,8 @@ impl<'a> CoarseWindow<'a> {
             plan: PlanMap::fit(
                 low,
                 high,
-                |plan| to_grid(plan) / scale - first,
-                |at| to_plan((at + first) * scale),
+                move |plan| to_grid(plan) / scale - first,
+                move |at| to_plan((at + first) * scale),
             ),
             curvature: &self.curvature,
             ground,

@@ -4,6 +4,7 @@
 //! affine formula; otherwise it is tabulated (see [`table`]). Both are plain data: fast, and usable from any thread.
 
 mod error;
+mod pole;
 mod projection;
 mod table;
 
@@ -15,6 +16,7 @@ use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
 pub use error::GeoReferenceError;
 pub use projection::Crs;
 
+use pole::Pole;
 use projection::Projection;
 use table::Table;
 
@@ -50,6 +52,14 @@ enum ToGeographic {
     Table {
         table: Arc<Table>,
         first: DVec2,
+    },
+    /// The table leads to degrees from a pole that is among the samples, along the meridians of 0° and 90° E. Longitudes are those
+    /// within half a turn of `facing`.
+    Polar {
+        table: Arc<Table>,
+        first: DVec2,
+        pole: Pole,
+        facing: f64,
     },
 }
 
@@ -134,7 +144,20 @@ impl GeoReference {
         probed: &[DVec2],
     ) -> Result<Self, GeoReferenceError> {
         let projection = Projection::new(crs, projection::area(probed))?;
-        let mut table = Table::new(columns, rows, |grid| projection.to_geographic(&to_crs, grid + origin))?;
+        let map = |grid: DVec2| projection.to_geographic(&to_crs, grid + origin);
+        let mut table = match Table::new(columns, rows, map) {
+            Err(GeoReferenceError::Discontinuous) => {
+                return Self::polar(
+                    &crs.name,
+                    to_crs,
+                    origin,
+                    [columns, rows],
+                    map,
+                    projection.is_ballpark(),
+                );
+            }
+            table => table?,
+        };
         let west = edge(columns, rows)
             .map(|grid| table.forward(grid).x)
             .fold(f64::INFINITY, f64::min);
@@ -153,6 +176,51 @@ impl GeoReference {
             is_around: false,
             is_ballpark,
         })
+    }
+
+    /// Where longitudes are not continuous because a pole is among the samples.
+    fn polar(
+        crs_name: &str,
+        to_crs: DAffine2,
+        origin: DVec2,
+        [columns, rows]: [usize; 2],
+        map: impl Fn(DVec2) -> Result<DVec2, GeoReferenceError>,
+        is_ballpark: bool,
+    ) -> Result<Self, GeoReferenceError> {
+        let middle = map(DVec2::new(columns as f64 - 1.0, rows as f64 - 1.0) / 2.0)?;
+        let pole = Pole::nearest(middle.y);
+        let table = Table::new(columns, rows, |grid| map(grid).map(|place| pole.on_plane(place)))?;
+        Ok(Self {
+            crs_name: crs_name.to_owned(),
+            columns,
+            rows,
+            to_crs,
+            origin,
+            to_geographic: ToGeographic::Polar {
+                table: Arc::new(table),
+                first: origin,
+                pole,
+                facing: 0.0,
+            },
+            is_around: true,
+            is_ballpark,
+        })
+    }
+
+    /// Grid coordinates of the pole, where it makes longitudes jump.
+    pub(crate) fn pole_among_samples(&self) -> Option<DVec2> {
+        match &self.to_geographic {
+            ToGeographic::Polar { table, first, .. } => Some(table.inverse(DVec2::ZERO) - (self.origin - *first)),
+            ToGeographic::Affine { .. } | ToGeographic::Table { .. } => None,
+        }
+    }
+
+    /// The same places with longitudes within half a turn of one, where there is a choice: around a pole.
+    pub(crate) fn facing(mut self, longitude: f64) -> Self {
+        if let ToGeographic::Polar { facing, .. } = &mut self.to_geographic {
+            *facing = longitude;
+        }
+        self
     }
 
     /// The same places seen from a rectangle of these samples, whose first one is at `first`.
@@ -219,6 +287,7 @@ impl GeoReference {
         match &self.to_geographic {
             ToGeographic::Affine { forward, .. } => format!("{forward:?}"),
             ToGeographic::Table { table, first } => format!("{} {first:?}", table.fingerprint()),
+            ToGeographic::Polar { table, first, pole, .. } => format!("{} {first:?} {pole:?}", table.fingerprint()),
         }
     }
 
@@ -248,12 +317,18 @@ impl GeoReference {
     }
 
     /// WGS84 longitude and latitude in degrees. Longitudes are continuous over the raster: the westernmost is in
-    /// −180 … 180, and those to the east of the antimeridian exceed 180.
+    /// −180 … 180, and those to the east of the antimeridian exceed 180. Around a pole they jump somewhere.
     #[must_use]
     pub fn geographic(&self, grid: DVec2) -> DVec2 {
         match &self.to_geographic {
             ToGeographic::Affine { forward, .. } => forward.transform_point2(grid + self.origin),
             ToGeographic::Table { table, first } => table.forward(grid + (self.origin - *first)),
+            ToGeographic::Polar {
+                table,
+                first,
+                pole,
+                facing,
+            } => pole.geographic(table.forward(grid + (self.origin - *first)), *facing),
         }
     }
 
@@ -263,17 +338,24 @@ impl GeoReference {
         match &self.to_geographic {
             ToGeographic::Affine { inverse, .. } => inverse.transform_point2(geographic) - self.origin,
             ToGeographic::Table { table, first } => table.inverse(geographic) - (self.origin - *first),
+            ToGeographic::Polar { table, first, pole, .. } => {
+                table.inverse(pole.on_plane(geographic)) - (self.origin - *first)
+            }
         }
     }
 
     /// Length on the ellipsoid, in metres, of a step of one column and of one row.
     #[must_use]
     pub fn cell_metres(&self, grid: DVec2) -> DVec2 {
+        let metres_per_degree = metres_per_degree(self.geographic(grid).y);
         let degrees = match &self.to_geographic {
             ToGeographic::Affine { forward, .. } => forward.matrix2,
             ToGeographic::Table { table, first } => table.jacobian(grid + (self.origin - *first)),
+            ToGeographic::Polar { table, first, .. } => {
+                let at = grid + (self.origin - *first);
+                return pole::lengths(table.forward(at), table.jacobian(at), metres_per_degree);
+            }
         };
-        let metres_per_degree = metres_per_degree(self.geographic(grid).y);
         let length = |step: DVec2| (step * metres_per_degree).length();
         DVec2::new(length(degrees.x_axis), length(degrees.y_axis))
     }
@@ -283,7 +365,7 @@ impl GeoReference {
     pub fn geographic_bounds(&self) -> [f64; 4] {
         let edge: Vec<DVec2> = match self.to_geographic {
             ToGeographic::Affine { .. } => corners(self.columns, self.rows).to_vec(),
-            ToGeographic::Table { .. } => edge(self.columns, self.rows).collect(),
+            ToGeographic::Table { .. } | ToGeographic::Polar { .. } => edge(self.columns, self.rows).collect(),
         };
         let (mut low, mut high) = edge
             .into_iter()
@@ -291,6 +373,10 @@ impl GeoReference {
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| {
                 (low.min(point), high.max(point))
             });
+        if let ToGeographic::Polar { pole, .. } = self.to_geographic {
+            (low.x, high.x) = (-180.0, 180.0);
+            (low.y, high.y) = pole.with(low.y, high.y);
+        }
         if self.is_around {
             let ends = DVec2::new(180.0, 90.0);
             (low, high) = (low.clamp(-ends, ends), high.clamp(-ends, ends));

@@ -115,10 +115,11 @@ fn cells_have_their_size_on_the_ellipsoid() {
 
 #[test]
 fn what_has_no_longitude_and_latitude_is_refused() {
-    let around_the_pole = north_up([-1_000_000.0, 1_000_000.0], 20_000.0);
-    let error = GeoReference::new(&crs("EPSG:3031"), around_the_pole, 101, 101).unwrap_err();
-    assert_eq!(error, GeoReferenceError::Discontinuous);
-    let nonsense = GeoReference::new(&crs("EPSG:999999"), around_the_pole, 10, 10).unwrap_err();
+    // Between two lobes of an interrupted projection.
+    let over_a_cut = north_up([-5_500_000.0, 5_500_000.0], 20_000.0);
+    let error = GeoReference::new(&crs("+proj=igh +type=crs"), over_a_cut, 101, 101).unwrap_err();
+    assert!(matches!(error, GeoReferenceError::Untransformable { .. }), "{error}");
+    let nonsense = GeoReference::new(&crs("EPSG:999999"), over_a_cut, 10, 10).unwrap_err();
     assert!(
         matches!(nonsense, GeoReferenceError::NoTransformation { .. }),
         "{nonsense}"
@@ -148,7 +149,7 @@ fn a_raster_of_40_000_by_40_000_samples_has_a_table() {
 }
 
 #[test]
-fn beside_a_pole_longitude_is_continuous_and_around_it_is_not() {
+fn beside_a_pole_longitude_is_continuous() {
     let beside = north_up([10_000.0, 90_000.0], 1000.0);
     let georeference = GeoReference::new(&crs("EPSG:3413"), beside, 80, 80).unwrap();
     let proj = proj::Proj::new_known_crs("EPSG:3413", "EPSG:4326", None).unwrap();
@@ -158,6 +159,39 @@ fn beside_a_pole_longitude_is_continuous_and_around_it_is_not() {
         let cells = (georeference.grid(DVec2::new(longitude, latitude)) - grid).length();
         assert!(cells < 1e-4, "{grid} comes back {cells} cells off");
     }
-    let around = GeoReference::new(&crs("EPSG:3413"), north_up([-40_000.0, 40_000.0], 1000.0), 80, 80);
-    assert_eq!(around.unwrap_err(), GeoReferenceError::Discontinuous);
+    assert!(!georeference.is_around());
+}
+
+#[test]
+fn around_a_pole_places_are_those_of_proj_seen_from_any_longitude() {
+    for (code, latitude) in [("EPSG:3413", 90.0), ("EPSG:3031", -90.0)] {
+        let to_crs = north_up([-40_000.0, 37_000.0], 1000.0);
+        let georeference = GeoReference::new(&crs(code), to_crs, 80, 80).unwrap();
+        let [west, south, east, north] = georeference.geographic_bounds();
+        assert_eq!([west, east], [-180.0, 180.0]);
+        assert!(latitude == south || latitude == north);
+        let pole = georeference.geographic(DVec2::new(40.0, 37.0));
+        assert!((pole.y - latitude).abs() < 1e-9, "{pole}");
+        let proj = proj::Proj::new_known_crs(code, "EPSG:4326", None).unwrap();
+        for (number, grid) in scattered(80, 80).enumerate() {
+            let facing = 7.0 * number as f64 - 1000.0;
+            let seen = georeference.clone().facing(facing);
+            let point = georeference.crs_coordinates(grid);
+            let (longitude, latitude) = proj.convert((point.x, point.y)).unwrap();
+            let place = seen.geographic(grid);
+            assert!((place.x - facing).abs() <= 180.0, "{place} from {facing}");
+            let turns = (place.x - longitude) / 360.0;
+            assert!(
+                (turns - turns.round()).abs() < 1e-7 && (place.y - latitude).abs() < 1e-9,
+                "{place}"
+            );
+            assert!((seen.grid(place) - grid).length() < 1e-6, "{grid}");
+            // The scale of the projection is 0.97 to 0.98 there, the same in all directions.
+            let cell = georeference.cell_metres(grid);
+            assert!(
+                (cell.x - cell.y).abs() < 0.5 && (1015.0..1035.0).contains(&cell.x),
+                "{cell} at {grid}"
+            );
+        }
+    }
 }

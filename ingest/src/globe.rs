@@ -28,7 +28,7 @@ const NEARLY: f64 = 0.01;
 /// A raster as pyramids see it: closed if it goes around the Earth.
 pub enum Seen<'a> {
     /// It goes around the Earth.
-    Around(Globe<'a>),
+    Around(Box<Globe<'a>>),
     /// It has sides where it ends.
     Open(&'a dyn Raster),
 }
@@ -37,14 +37,14 @@ impl<'a> Seen<'a> {
     /// Of any raster.
     #[must_use]
     pub fn new(raster: &'a dyn Raster) -> Self {
-        Globe::around(raster).map_or(Self::Open(raster), Self::Around)
+        Globe::around(raster).map_or(Self::Open(raster), |globe| Self::Around(Box::new(globe)))
     }
 
     /// What it is.
     #[must_use]
     pub fn raster(&self) -> &dyn Raster {
         match self {
-            Self::Around(globe) => globe,
+            Self::Around(globe) => globe.as_ref(),
             Self::Open(raster) => *raster,
         }
     }

@@ -116,6 +116,18 @@ impl Edge {
         Self { line, ..self }
     }
 
+    /// Both ends, south or west first, in squares of its zoom.
+    pub(crate) fn ends(self) -> [[i64; 2]; 2] {
+        [0, 1].map(|end| {
+            let along = self.along + end;
+            if self.is_meridian {
+                [self.line, along]
+            } else {
+                [along, self.line]
+            }
+        })
+    }
+
     /// The two halves, a zoom down.
     pub(crate) fn halves(self) -> [Self; 2] {
         [0, 1].map(|half| Self {
@@ -184,6 +196,11 @@ impl Lattice {
     /// Global lattice position of a square's south-west corner.
     pub(crate) fn origin(self, square: Square) -> DVec2 {
         DVec2::new(square.x as f64, square.y as f64) * self.extent(square.zoom) as f64
+    }
+
+    /// Longitude (not wrapped) and latitude of a square's middle.
+    pub(crate) fn middle(self, square: Square) -> DVec2 {
+        self.geographic(self.origin(square) + self.extent(square.zoom) as f64 / 2.0)
     }
 
     /// Where the samples of a raster lie in a square, if they do in columns and rows along the lattice's axes: the place is that

@@ -40,13 +40,15 @@ pub use self::update::{Changes, Update};
 use crate::globe::Seen;
 use crate::progress::Progress;
 use crate::raster::ReadError;
-use crate::samples::Raster;
+use crate::samples::{Raster, Samples, Window};
 use crate::store::Store;
 use crate::stored_raster::{StoredRaster, TakeError};
 use crate::tin::bound_name;
 
 /// The stages of a build and their shares of the work, as measured on an SRTM tile.
 const SHARES: [(&str, f64); 3] = [("reading samples", 0.04), ("bounding blocks", 0.04), ("tiles", 0.92)];
+/// Cells around a pole in which all samples have to be there, if it is among them.
+const CLEAR_OF_POLE: usize = 3;
 /// How many of the slowest tiles a report names.
 const SLOWEST: usize = 5;
 
@@ -127,6 +129,9 @@ pub enum BuildError {
     /// There is nothing to build from.
     #[error("{0}: no four neighbouring samples are all valid, so there is no surface")]
     NoSurface(String),
+    /// An outline would go around a pole so closely that it is bent beyond recognition on the map.
+    #[error("{0}: the raster ends, or has a void, within {CLEAR_OF_POLE} cells of the pole, where no surface may end")]
+    EndsAtPole(String),
     /// Anything else, like a full disk.
     #[error(transparent)]
     Other(#[from] anyhow::Error),
@@ -166,6 +171,7 @@ impl<'a> Build<'a> {
         self.progress.job(&SHARES);
         let seen = Seen::new(self.raster);
         let stored = self.take_samples(seen.raster())?;
+        self.check_pole(&stored)?;
         stored.chunks.make_relief(self.progress)?;
         let scheduler = self.scheduler(&stored, true)?;
         let roots = scheduler.jobs.plan.roots();
@@ -186,6 +192,29 @@ impl<'a> Build<'a> {
             "the largest error must be more than 0 m"
         );
         Ok(())
+    }
+
+    /// Holds that no outline is close to a pole that is among the samples.
+    fn check_pole(&self, stored: &StoredRaster) -> Result<(), BuildError> {
+        let Some(pole) = stored.georeference.pole_among_samples() else {
+            return Ok(());
+        };
+        let side = 2 * CLEAR_OF_POLE + 1;
+        let first = pole.round().as_i64vec2() - CLEAR_OF_POLE as i64;
+        let window = if first.min_element() < 0 {
+            None
+        } else {
+            let [column, row] = first.to_array().map(|first| first as usize);
+            Some(stored.chunks.window(column..column + side, row..row + side)?)
+        };
+        let is_there = |window: Window| {
+            window.heights.len() == side * side && !window.heights.iter().any(|height| height.is_nan())
+        };
+        if window.is_some_and(is_there) {
+            return Ok(());
+        }
+        let first = self.raster.provenance().files.into_iter().next();
+        Err(BuildError::EndsAtPole(first.unwrap_or_default()))
     }
 
     fn take_samples(&self, raster: &dyn Raster) -> Result<StoredRaster, TakeError> {

@@ -56,6 +56,9 @@ impl BorderSource<'_> {
                 }
             }
         }
+        // Around a pole, steps over the meridian opposite to the tile seem to go around the Earth.
+        let half_turn = self.lattice.extent(0);
+        steps.retain(|step: &Step| (step.ends[0][0] - step.ends[1][0]).abs() < half_turn);
         steps
     }
 
@@ -74,10 +77,9 @@ impl BorderSource<'_> {
 
     /// Positive where columns and rows turn as longitude and latitude do.
     fn handedness(&self) -> f64 {
-        let middle = DVec2::new(self.heights.columns as f64 - 1.0, self.heights.rows as f64 - 1.0) / 2.0;
-        let [at, across, down] =
-            [DVec2::ZERO, DVec2::X, DVec2::Y].map(|step| self.georeference.geographic(middle + step * 0.5));
-        (across - at).perp_dot(down - at)
+        let [at, across, down] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|step| self.georeference.geographic(step * 0.5));
+        let way = |to: DVec2| DVec2::new((to.x - at.x + 180.0).rem_euclid(360.0) - 180.0, to.y - at.y);
+        way(across).perp_dot(way(down))
     }
 
     fn step(&self, from: [i64; 2], to: [i64; 2], forwards: bool) -> Step {

@@ -58,7 +58,7 @@ impl Work {
         let is_of_use = match &built {
             Ok(_) => keep,
             Err(BuildError::Other(_)) => true,
-            Err(BuildError::Read(_) | BuildError::NoSurface(_)) => !self.is_new,
+            Err(BuildError::Read(_) | BuildError::NoSurface(_) | BuildError::EndsAtPole(_)) => !self.is_new,
         };
         if !is_of_use {
             self.remove()?;

@@ -30,6 +30,8 @@ pub enum Place {
     PoleRow,
     /// Polar stereographic, beside the pole.
     BesidePole,
+    /// Polar stereographic, with the pole among the samples and no outline beside it.
+    OverPole,
     /// UTM, in files that abut or overlap.
     Files,
     /// Degrees, around the whole Earth, wherever it begins, in one file or two.
@@ -38,7 +40,7 @@ pub enum Place {
 
 impl Place {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Utm,
         Self::Turned,
         Self::Fine,
@@ -47,6 +49,7 @@ impl Place {
         Self::Antimeridian,
         Self::PoleRow,
         Self::BesidePole,
+        Self::OverPole,
         Self::Files,
         Self::Around,
     ];
@@ -114,6 +117,8 @@ pub struct RandomRaster {
 }
 
 const NODATA: f32 = -32768.0;
+/// Samples around a pole that are there.
+const CLEAR: usize = 5;
 
 impl RandomRaster {
     /// That of a seed.
@@ -161,6 +166,15 @@ impl RandomRaster {
         }
         let whole = heights.clone();
         make_voids(&mut random, voids, columns, rows, &mut heights);
+        if place == Place::OverPole {
+            let pole = -first / DVec2::new(step.x_axis.x, step.y_axis.y);
+            let is_near = |index: usize| {
+                let at = DVec2::new((index % columns) as f64, (index / columns) as f64);
+                (at - pole).abs().max_element() < CLEAR as f64
+            };
+            let near = (0..heights.len()).filter(|&index| is_near(index));
+            near.for_each(|index| heights[index] = whole[index]);
+        }
         if place == Place::Around && !has_whole_cell(&heights, columns) {
             // A cell may be whole where the raster is closed, all the same.
             heights = whole;
@@ -354,6 +368,21 @@ fn place_of(random: &mut Rng, place: Place, columns: &mut usize, rows: &mut usiz
                 4326,
                 DMat2::from_diagonal(DVec2::new(step, -height)),
                 DVec2::new(west, north),
+            )
+        }
+        Place::OverPole => {
+            // Each zoom has twice as many tiles at a pole as the one above: finer cells only take time.
+            let cell = magnitude(random, 500.0, 50_000.0);
+            (*columns, *rows) = (*columns + CLEAR * 2, *rows + CLEAR * 2);
+            let within = |random: &mut Rng, count: usize| {
+                let place = random.f64() * (count - 2 * CLEAR - 1) as f64 + CLEAR as f64;
+                if random.bool() { place.round() } else { place }
+            };
+            let pole = DVec2::new(within(random, *columns), within(random, *rows));
+            (
+                pick(random, &[3413, 3031]),
+                north_up(cell),
+                DVec2::new(-pole.x, pole.y) * cell,
             )
         }
         Place::BesidePole => {

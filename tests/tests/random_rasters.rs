@@ -176,7 +176,7 @@ fn seeds_make_rasters_of_every_kind() {
         ];
         kind.into_iter().for_each(|kind| *kinds.entry(kind).or_default() += 1);
     }
-    assert_eq!(kinds.len(), 10 + 6 + 6 + 2, "{kinds:?}");
+    assert_eq!(kinds.len(), 11 + 6 + 6 + 2, "{kinds:?}");
     assert!(kinds.values().all(|&count| count >= 5), "{kinds:?}");
 }
 
@@ -213,6 +213,7 @@ fn rasters_that_once_failed_hold() {
         "undeclared_minus9999.tif",
         "undeclared_minus32768.tif",
         "near_pole_3413.tif",
+        "pole_inside_3031.tif",
     ];
     let path = |name: &&str| folder.join(name).to_str().unwrap().to_owned();
     let cases = alone.iter().map(|name| vec![path(name)]);

@@ -1,11 +1,15 @@
 //! The map between a mesh's plan coordinates and a grid's, as bicubic patches over a rectangle: exact where the map is affine,
-//! and as close as makes no difference for a map projection over one tile.
+//! and as close as makes no difference for a map projection over one tile. Around a pole no patches are close: the map itself is asked
+//! there.
+
+use std::fmt;
+use std::sync::Arc;
 
 use glam::DVec2;
 
 /// Nodes of a patch along each axis.
 const NODES: usize = 4;
-/// Nodes along each axis of the whole rectangle, at most: near a pole no number is enough.
+/// Nodes along each axis of the whole rectangle, at most.
 const MOST_NODES: usize = 49;
 /// Cells, or as much of the plan, by which patches may differ from the map between their nodes.
 const CLOSE: f64 = 1e-4;
@@ -14,22 +18,39 @@ const AFFINE: f64 = 1e-8;
 
 /// Both directions of the map.
 #[derive(Clone, Debug)]
-pub struct PlanMap {
-    to_grid: Bicubic,
-    to_plan: Bicubic,
+pub struct PlanMap<'a> {
+    to_grid: Map<'a>,
+    to_plan: Map<'a>,
     handedness: f64,
 }
 
-impl PlanMap {
+/// A map that can be asked from any thread.
+type Exact<'a> = dyn Fn(DVec2) -> DVec2 + Send + Sync + 'a;
+
+/// One direction of the map.
+#[derive(Clone)]
+enum Map<'a> {
+    Patches(Bicubic),
+    Exact(Arc<Exact<'a>>),
+}
+
+impl<'a> PlanMap<'a> {
     /// Fits the map over the plan rectangle `low … high`, given the exact functions in both directions.
-    pub fn fit(low: DVec2, high: DVec2, grid: impl Fn(DVec2) -> DVec2, plan: impl Fn(DVec2) -> DVec2) -> Self {
-        let to_grid = Bicubic::fit(low, high, CLOSE, grid);
+    pub fn fit(
+        low: DVec2,
+        high: DVec2,
+        grid: impl Fn(DVec2) -> DVec2 + Send + Sync + 'a,
+        plan: impl Fn(DVec2) -> DVec2 + Send + Sync + 'a,
+    ) -> Self {
+        let (to_grid, is_close) = Bicubic::fit(low, high, CLOSE, &grid);
         let (grid_low, grid_high) = to_grid.extent();
         let units_in_a_cell = (high - low) / (grid_high - grid_low).max(DVec2::splat(f64::MIN_POSITIVE));
+        let close = CLOSE * units_in_a_cell.max_element();
+        let (to_plan, is_plan_close) = Bicubic::fit(grid_low, grid_high, close, &plan);
         Self {
             handedness: to_grid.area().signum(),
-            to_plan: Bicubic::fit(grid_low, grid_high, CLOSE * units_in_a_cell.max_element(), plan),
-            to_grid,
+            to_plan: Map::of(to_plan, is_plan_close, plan),
+            to_grid: Map::of(to_grid, is_close, grid),
         }
     }
 
@@ -41,7 +62,7 @@ impl PlanMap {
 
     /// Whether columns and rows follow from a plan position by a few products, so that they need not be kept beside it.
     pub(crate) fn is_affine(&self) -> bool {
-        self.to_grid.affine.is_some()
+        matches!(&self.to_grid, Map::Patches(patches) if patches.affine.is_some())
     }
 
     /// Column and row under a plan position.
@@ -54,6 +75,33 @@ impl PlanMap {
     #[must_use]
     pub fn plan(&self, grid: DVec2) -> DVec2 {
         self.to_plan.at(grid)
+    }
+}
+
+impl<'a> Map<'a> {
+    fn of(patches: Bicubic, is_close: bool, exact: impl Fn(DVec2) -> DVec2 + Send + Sync + 'a) -> Self {
+        if is_close {
+            Self::Patches(patches)
+        } else {
+            Self::Exact(Arc::new(exact))
+        }
+    }
+
+    #[inline]
+    fn at(&self, point: DVec2) -> DVec2 {
+        match self {
+            Self::Patches(patches) => patches.at(point),
+            Self::Exact(exact) => exact(point),
+        }
+    }
+}
+
+impl fmt::Debug for Map<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Patches(patches) => patches.fmt(f),
+            Self::Exact(_) => f.write_str("Exact"),
+        }
     }
 }
 
@@ -71,14 +119,14 @@ struct Bicubic {
 }
 
 impl Bicubic {
-    /// With as many nodes as make it that close.
-    fn fit(low: DVec2, high: DVec2, close: f64, map: impl Fn(DVec2) -> DVec2) -> Self {
+    /// With as many nodes as make it that close, if that can be, and whether it is.
+    fn fit(low: DVec2, high: DVec2, close: f64, map: impl Fn(DVec2) -> DVec2) -> (Self, bool) {
         let mut count = NODES;
         loop {
             let fitted = Self::through(low, high, count, &map);
-            let is_close = || fitted.differs(&map) <= close;
-            if fitted.affine.is_some() || count == MOST_NODES || is_close() {
-                return fitted;
+            let is_close = fitted.affine.is_some() || fitted.differs(&map) <= close;
+            if is_close || count == MOST_NODES {
+                return (fitted, is_close);
             }
             count = 2 * count - 1;
         }

@@ -37,7 +37,7 @@ pub struct Reference<'a> {
     /// The samples; grid coordinates are those of this window.
     pub heights: Heights<'a>,
     /// Between the mesh's plan coordinates and the grid's.
-    pub plan: PlanMap,
+    pub plan: PlanMap<'a>,
     /// `kx` and `ky` of each row: squared ground metres of a step over twice the Earth's radius; 0 on a plane.
     pub curvature: &'a [DVec2],
     /// Where the mesh lies on the ground, for distances in plan.

@@ -24,7 +24,7 @@ pub enum GeoReferenceError {
         reason: String,
     },
     /// Neighbouring samples lie far apart in longitude or latitude, whatever the resolution of the table.
-    #[error("the raster has no continuous longitude and latitude; does it hold a pole or the edge of its projection?")]
+    #[error("the raster has no continuous longitude and latitude; does it hold an edge of its projection?")]
     Discontinuous,
     /// A row or column beyond 90° north or south.
     #[error("the raster reaches to latitude {0}°, beyond the pole")]

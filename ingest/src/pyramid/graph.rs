@@ -242,7 +242,9 @@ impl<'a> Graph<'a> {
     }
 
     fn survey(&self) -> Result<(), BuildError> {
-        self.samples()?.chunks.make_relief(self.progress)?;
+        let stored = self.samples()?;
+        self.build().check_pole(&stored)?;
+        stored.chunks.make_relief(self.progress)?;
         Ok(())
     }
 

@@ -186,7 +186,7 @@ impl<'a> Jobs<'a> {
             return Ok(Arc::default());
         };
         let curve = if edge.zoom == self.plan.lattice.leaf_zoom {
-            let window = self.grid_of(self.raster.window(columns, rows)?);
+            let window = self.grid_of(self.raster.window(columns, rows)?, self.facing(edge));
             BorderCurve::of_leaf(&self.border_source(&window), edge, tolerance)
         } else {
             let [first, second] = edge.halves();
@@ -229,7 +229,15 @@ impl<'a> Jobs<'a> {
             .filter(|[columns, rows]| !self.raster.chunks_over(level, columns, rows).is_empty())
     }
 
-    fn grid_of(&self, window: Window) -> HeightGrid {
+    /// Longitude in the middle of a side.
+    fn facing(&self, edge: Edge) -> f64 {
+        let [start, end] = edge.ends().map(|[x, y]| DVec2::new(x as f64, y as f64));
+        let middle = (start + end) / 2.0 * self.plan.lattice.extent(edge.zoom) as f64;
+        self.plan.lattice.geographic(middle).x
+    }
+
+    /// Samples with longitudes as they are seen from one.
+    fn grid_of(&self, window: Window, facing: f64) -> HeightGrid {
         let Window {
             first,
             columns,
@@ -240,16 +248,19 @@ impl<'a> Jobs<'a> {
             columns,
             rows,
             heights,
-            georeference: self.georeference.window(first.map(|first| first as i64), columns, rows),
+            georeference: self
+                .georeference
+                .window(first.map(|first| first as i64), columns, rows)
+                .facing(facing),
         }
     }
 
     /// The samples under a square, cut to those that are not void; none where all are.
-    fn window(&self, cells: [Range<usize>; 2]) -> Result<Option<HeightGrid>> {
+    fn window(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<HeightGrid>> {
         let [columns, rows] = cells;
         let window = self.raster.window(columns, rows)?.without_void_edges();
         let window = window.filter(|window| window.columns > 1 && window.rows > 1);
-        Ok(window.map(|window| self.grid_of(window)))
+        Ok(window.map(|window| self.grid_of(window, self.plan.lattice.middle(square).x)))
     }
 
     fn build<'b>(&'b self, certifier: &'b Certifier<'b>) -> Build<'b> {
@@ -267,7 +278,7 @@ impl<'a> Jobs<'a> {
         let view = ChunkView::new(self.raster, cells, level);
         let [columns, rows] = view.size();
         let georeference = self.of_lattice.window(view.origin(), columns, rows);
-        (view, georeference)
+        (view, georeference.facing(self.plan.lattice.middle(square).x))
     }
 
     /// The leaf of a square, if the raster has a surface there.
@@ -277,7 +288,7 @@ impl<'a> Jobs<'a> {
     pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
         let (view, of_view) = self.view(square, &cells);
         let certifier = Certifier::new(&of_view, &view, self.plan.bound);
-        let Some(grid) = self.window(cells)? else {
+        let Some(grid) = self.window(square, cells)? else {
             return Ok(None);
         };
         let Some(plan) = PlanOfTile::over(self.plan.lattice, square, &grid.georeference) else {
