@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_ingest::pyramid::Job;
+use terrain_ingest::raster;
 use terrain_tiles::metadata::HeightsAbove;
 
 const EXAMPLES: &str = "\
@@ -378,6 +379,9 @@ pub(crate) struct RasterArgs {
     /// keeps for the datum.
     #[arg(long, value_name = "FILE")]
     pub(crate) geoid: Option<PathBuf>,
+    /// Unit of the rasters' heights, instead of what they say: metre, decimetre, centimetre, foot, us-foot, or so many metres.
+    #[arg(long, value_name = "UNIT", value_parser = unit, allow_negative_numbers = true)]
+    pub(crate) unit: Option<f64>,
     /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
     /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
     /// says.
@@ -446,6 +450,15 @@ fn positive(text: &str) -> Result<f64, String> {
     } else {
         Err("must be a number above 0".to_owned())
     }
+}
+
+/// Metres in a unit.
+fn unit(text: &str) -> Result<f64, String> {
+    let named = raster::metres_in(text).filter(|_| !text.is_empty());
+    named.map_or_else(
+        || positive(text).map_err(|_| "is no unit: metre, foot, us-foot …, or so many metres".to_owned()),
+        Ok,
+    )
 }
 
 fn degrees(text: &str) -> Result<f64, String> {

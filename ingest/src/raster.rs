@@ -24,20 +24,23 @@ use rayon::prelude::*;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
+pub use units::metres_in;
 pub(crate) use vertical::UNSPECIFIED;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
-use crate::samples::{Extremes, Overrides, Provenance, Raster, Rectangle};
+use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
 use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
-use remark::{HIGHEST, remark};
+use remark::{HIGHEST, remark, tell};
 use vertical::HeightReference;
 
 /// Samples that one reader takes at once: 8 MiB of f64.
 const SAMPLES_AT_ONCE: usize = 1 << 20;
+/// Metres by which files may differ where they overlap without a word.
+const AGREEMENT: f32 = 0.01;
 
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
@@ -71,8 +74,7 @@ impl Rasters {
         let layouts: Vec<&Layout> = files.iter().map(Source::layout).collect();
         let mosaic = Mosaic::new(&layouts, options.limits)?;
         let georeference = georeference(first.layout(), &mosaic, options)?;
-        let heights = layouts.iter().map(|layout| (layout.path.as_path(), &layout.heights));
-        vertical::tell(heights, &options.progress);
+        tell(&layouts, &options.progress);
         Ok(Self {
             files,
             mosaic,
@@ -121,9 +123,9 @@ impl Rasters {
         let path = &self.files[0].layout().path;
         placement::check_size(path, columns, rows, self.limits.samples_in_memory)?;
         self.progress.stage("reading samples", (columns * rows) as u64);
-        let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
+        let Rectangle { heights, faults } = self.read(0..columns, 0..rows)?;
         self.progress.done();
-        self.remark(Extremes::of(&heights), &wild)?;
+        self.remark(Extremes::of(&heights), &faults)?;
         Ok(HeightGrid {
             columns,
             rows,
@@ -195,14 +197,15 @@ impl Raster for Rasters {
     fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
         let mut rectangle = Rectangle {
             heights: vec![f32::NAN; columns.len() * rows.len()],
-            wild: vec![0; self.files.len()],
+            faults: vec![Faults::default(); self.files.len()],
         };
         let parts = self.parts(&columns, &rows);
         // Memory is that of the rectangle and of what is read at once.
         for parts in parts.chunks(rayon::current_num_threads()) {
             let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
             for (part, metres) in parts.iter().zip(read?) {
-                rectangle.wild[part.file] += put(part, &metres, &mut rectangle.heights, &columns, &rows);
+                let faults = put(part, &metres, &mut rectangle.heights, &columns, &rows);
+                rectangle.faults[part.file] = rectangle.faults[part.file].with(faults);
             }
         }
         Ok(rectangle)
@@ -223,9 +226,9 @@ impl Raster for Rasters {
         }
     }
 
-    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
+    fn remark(&self, extremes: Option<Extremes>, faults: &[Faults]) -> Result<(), ReadError> {
         let paths: Vec<&Path> = self.paths().collect();
-        remark(&paths, extremes, wild, &self.progress)
+        remark(&paths, extremes, faults, &self.progress)
     }
 
     /// Path, size and time of the last change of each file, and how they are read.
@@ -251,20 +254,26 @@ fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Puts a part where nothing is yet; returns how many samples were no heights.
-fn put(part: &Part, metres: &[f64], heights: &mut [f32], columns: &Range<usize>, rows: &Range<usize>) -> usize {
-    let mut wild = 0;
+/// Puts a part where nothing is yet; returns what cannot be right in it.
+fn put(part: &Part, metres: &[f64], heights: &mut [f32], columns: &Range<usize>, rows: &Range<usize>) -> Faults {
+    let mut faults = Faults::default();
     for (row, metres) in part.rows.clone().zip(metres.chunks_exact(part.columns.len())) {
         let start = (row - rows.start) * columns.len() + part.columns.start - columns.start;
         for (height, &metres) in heights[start..].iter_mut().zip(metres) {
             let (value, is_wild) = checked_height(metres);
-            wild += usize::from(is_wild);
+            faults.wild += u64::from(is_wild);
             if height.is_nan() {
                 *height = value;
+                continue;
+            }
+            let apart = (*height - value).abs();
+            if apart > AGREEMENT {
+                faults.disagreeing += 1;
+                faults.apart = faults.apart.max(apart);
             }
         }
     }
-    wild
+    faults
 }
 
 /// Reads band 1 of `paths` as one grid in memory.

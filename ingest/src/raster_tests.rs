@@ -148,6 +148,42 @@ fn files_side_by_side_become_one_grid_with_gaps_void() {
 }
 
 #[test]
+fn where_files_overlap_and_differ_the_first_counts_and_the_difference_is_kept() {
+    let folder = Folder::new();
+    let at = |x: f64| move |dataset: &mut Dataset| dataset.set_geo_transform(&[x, 0.5, 0.0, 50.0, 0.0, -0.5]).unwrap();
+    let a = folder.tiff("a.tif", 3, &[1.0_f32, 2.0, 3.0, 4.0, f32::NAN, 6.0], at(10.0));
+    let b = folder.tiff("b.tif", 3, &[2.005_f32, 10.0, 30.0, 5.0, 6.0, 60.0], at(10.5));
+    let rasters = Rasters::open(&[a, b], &ReadOptions::default()).unwrap();
+    let read = rasters.read(0..4, 0..2).unwrap();
+    assert_eq!(read.heights, [1.0, 2.0, 3.0, 30.0, 4.0, 5.0, 6.0, 60.0]);
+    let of_b = Faults {
+        disagreeing: 1,
+        apart: 7.0,
+        ..Faults::default()
+    };
+    assert_eq!(read.faults, [Faults::default(), of_b]);
+}
+
+#[test]
+fn the_unit_of_the_vertical_reference_system_is_applied_once_and_that_of_the_person_before_it() {
+    let folder = Folder::new();
+    let in_feet = |dataset: &mut Dataset| {
+        let feet = SpatialRef::from_definition("EPSG:2232+8228").unwrap();
+        dataset.set_spatial_ref(&feet).unwrap();
+        dataset
+            .set_geo_transform(&[3_100_000.0, 100.0, 0.0, 1_700_000.0, 0.0, -100.0])
+            .unwrap();
+    };
+    let path = folder.tiff("feet.tif", 2, &[10_i16, 20, 30, 40], in_feet);
+    let mut options = ReadOptions::default();
+    let foot = 0.3048_f32;
+    let grid = read(slice::from_ref(&path), &options).unwrap();
+    assert_heights(&grid, &[10.0, 20.0, 30.0, 40.0].map(|feet: f32| feet * foot));
+    options.overrides.reading.unit = Some(0.1);
+    assert_heights(&read(&[path], &options).unwrap(), &[1.0, 2.0, 3.0, 4.0]);
+}
+
+#[test]
 fn files_across_the_antimeridian_are_neighbours() {
     let folder = Folder::new();
     let at = |x: f64| move |dataset: &mut Dataset| dataset.set_geo_transform(&[x, 0.5, 0.0, 5.0, 0.0, -0.5]).unwrap();

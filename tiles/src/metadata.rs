@@ -54,6 +54,17 @@ pub struct Asked {
     /// What heights were to be above.
     #[serde(default)]
     pub vertical: Vertical,
+    /// How samples were read.
+    #[serde(default)]
+    pub reading: Reading,
+}
+
+/// How samples are read, where it is not as rasters say of themselves.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// Metres in a unit of the rasters' heights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<f64>,
 }
 
 /// What heights are to be above, and what is used instead of what rasters say of theirs.
@@ -95,6 +106,27 @@ pub struct Source {
     pub geoid: Option<String>,
     /// Samples from west to east and from north to south.
     pub samples: [usize; 2],
+}
+
+impl Source {
+    /// What the heights of tiles are above.
+    #[must_use]
+    pub fn tiles_above(&self) -> &str {
+        if self.heights_above.is_empty() {
+            &self.vertical_datum
+        } else {
+            &self.heights_above
+        }
+    }
+
+    /// How heights of the rasters became those of tiles, in words.
+    #[must_use]
+    pub fn vertical_transformation(&self) -> String {
+        match &self.geoid {
+            Some(grid) => format!("the height of the geoid above the ellipsoid added, bilinear in {grid}"),
+            None => "none".to_owned(),
+        }
+    }
 }
 
 /// The tiles of one zoom.

@@ -13,7 +13,7 @@ use terrain_ingest::samples::Overrides;
 use terrain_ingest::{
     HeightGrid, Progress, ReadOptions, curved_model, peak_memory, polygonal_model, quarter_of_memory, raster,
 };
-use terrain_tiles::metadata::{HeightsAbove, Vertical};
+use terrain_tiles::metadata::{HeightsAbove, Reading, Vertical};
 
 use crate::cli::{Bound, Quality, RasterArgs, RunArgs};
 use crate::failure::Failure;
@@ -55,6 +55,7 @@ pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides 
             datum: raster.vertical,
             geoid: raster.geoid.map(|path| path.display().to_string()),
         },
+        reading: Reading { unit: raster.unit },
     }
 }
 

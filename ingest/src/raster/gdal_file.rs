@@ -11,7 +11,6 @@ use super::drivers::prepare_gdal;
 use super::layout::Layout;
 use super::vertical::HeightReference;
 use super::{ReadError, ReadOptions, crs, placement, units};
-use crate::progress::Progress;
 
 /// Tags in which files say what their heights are above.
 const TAGS: [&str; 2] = ["VERTICAL_DATUM", "vertical_datum"];
@@ -41,13 +40,18 @@ impl GdalFile {
         placement::check_size(path, columns, rows, options.limits.samples)?;
         let band = dataset.rasterband(1).map_err(unreadable)?;
         check_block(path, &band, options)?;
-        let (scale, offset) = to_metres(path, &band, &options.progress);
+        let reference = reference(path, &dataset, options)?;
+        let mut layout = layout(path, &dataset, &reference, options)?;
+        let (scale, offset) = (band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0));
+        let of_crs = of_own_too(&reference, &dataset, crs::vertical_unit);
+        let (metres, remarks) = units::of_heights(&band.unit(), of_crs, options.overrides.reading.unit, scale);
+        layout.remarks.extend(remarks);
         let (width, height) = band.block_size();
         Ok(Self {
-            layout: layout(path, &dataset, options)?,
+            layout,
             block: [width.max(1), height.max(1)],
-            scale,
-            offset,
+            scale: scale * metres,
+            offset: offset * metres,
         })
     }
 
@@ -110,25 +114,8 @@ fn check_block(path: &Path, band: &RasterBand, options: &ReadOptions) -> Result<
     Ok(())
 }
 
-/// Scale and offset from stored values to metres: the band's own, then its unit.
-fn to_metres(path: &Path, band: &RasterBand, progress: &Progress) -> (f64, f64) {
-    let unit = band.unit();
-    let metres = units::metres_in(&unit).unwrap_or_else(|| {
-        progress.note(&format!(
-            "{}: unit `{unit}` is not known, heights are taken for metres",
-            path.display()
-        ));
-        1.0
-    });
-    (
-        band.scale().unwrap_or(1.0) * metres,
-        band.offset().unwrap_or(0.0) * metres,
-    )
-}
-
-fn layout(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Layout, ReadError> {
+fn layout(path: &Path, dataset: &Dataset, reference: &SpatialRef, options: &ReadOptions) -> Result<Layout, ReadError> {
     let (columns, rows) = dataset.raster_size();
-    let reference = reference(path, dataset, options)?;
     let to_crs = match options.overrides.bounds {
         Some(bounds) => placement::from_bounds(bounds, columns, rows)?,
         None => {
@@ -138,15 +125,19 @@ fn layout(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Layou
             placement::from_corner_based(transform)
         }
     };
-    // What a user says of places need not say anything of heights.
-    let own = || dataset.spatial_ref().ok().as_ref().and_then(crs::vertical_datum);
     let heights = HeightReference::of_file(
         path,
-        crs::vertical_datum(&reference).or_else(own),
+        of_own_too(reference, dataset, crs::vertical_datum),
         TAGS.iter().find_map(|tag| dataset.metadata_item(tag, "")),
         &options.overrides.vertical,
     )?;
-    Layout::new(path, (columns, rows), to_crs, &reference, heights)
+    Layout::new(path, (columns, rows), to_crs, reference, heights)
+}
+
+/// What the reference system that is used says of heights, or else the file's own: what a user says of places need not say anything
+/// of heights.
+fn of_own_too<T>(used: &SpatialRef, dataset: &Dataset, of: impl Fn(&SpatialRef) -> Option<T>) -> Option<T> {
+    of(used).or_else(|| dataset.spatial_ref().ok().as_ref().and_then(of))
 }
 
 fn reference(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<SpatialRef, ReadError> {

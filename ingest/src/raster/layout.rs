@@ -20,6 +20,8 @@ pub(super) struct Layout {
     /// Whether x is a longitude in degrees.
     pub(super) is_in_degrees: bool,
     pub(super) heights: HeightReference,
+    /// What the person is told of the file.
+    pub(super) remarks: Vec<String>,
 }
 
 impl Layout {
@@ -37,6 +39,7 @@ impl Layout {
             to_crs,
             crs: crs::describe(reference).ok_or_else(|| ReadError::NoCrs(path.to_owned()))?,
             is_in_degrees: crs::is_in_degrees(reference),
+            remarks: heights.remark().map(str::to_owned).into_iter().collect(),
             heights,
         })
     }
