@@ -9,10 +9,16 @@ mod layout;
 mod mosaic;
 mod options;
 mod placement;
+mod raw_file;
+mod reader;
 mod record;
 mod remark;
+mod source;
+mod tiff_file;
+mod undeclared;
 mod units;
 mod vertical;
+mod zip;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -21,6 +27,7 @@ use std::time::UNIX_EPOCH;
 
 use rayon::prelude::*;
 
+pub use drivers::is_raster;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
@@ -31,10 +38,10 @@ use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
 use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
-use gdal_file::GdalFile;
 use layout::Layout;
 use mosaic::Mosaic;
 use remark::{HIGHEST, remark, tell};
+use source::Source;
 use vertical::HeightReference;
 
 /// Samples that one reader takes at once: 8 MiB of f64.
@@ -307,6 +314,14 @@ fn part_size(block: [usize; 2], columns: usize) -> [usize; 2] {
 }
 
 fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Result<GeoReference, ReadError> {
+    if first.is_local {
+        return Ok(GeoReference::local(
+            mosaic.columns,
+            mosaic.rows,
+            mosaic.to_crs,
+            mosaic.origin,
+        ));
+    }
     let georeference = GeoReference::on_lattice(&first.crs, mosaic.to_crs, mosaic.origin, mosaic.columns, mosaic.rows)
         .map_err(|source| ReadError::Position(first.path.clone(), source))?;
     if georeference.is_ballpark() {
@@ -321,64 +336,6 @@ fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Resul
 /// A file's name without its folder.
 pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// An open file.
-enum Source {
-    Gdal(GdalFile),
-    Exr(exr_file::ExrFile),
-}
-
-impl Source {
-    fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
-        check_name(path)?;
-        let is_exr = path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        if is_exr {
-            exr_file::ExrFile::open(path, options).map(Self::Exr)
-        } else {
-            GdalFile::open(path, options).map(Self::Gdal)
-        }
-    }
-
-    fn layout(&self) -> &Layout {
-        match self {
-            Self::Gdal(file) => file.layout(),
-            Self::Exr(file) => file.layout(),
-        }
-    }
-
-    /// Samples of a block that is stored as one, across and down.
-    fn block(&self) -> [usize; 2] {
-        match self {
-            Self::Gdal(file) => file.block(),
-            Self::Exr(file) => [file.layout().columns, 1],
-        }
-    }
-
-    /// Metres of a rectangle of the file's samples, row by row.
-    fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
-        match self {
-            Self::Gdal(file) => file.read(columns, rows),
-            Self::Exr(file) => file.read(columns, rows),
-        }
-    }
-}
-
-/// GDAL takes names for more than files: `/vsicurl/http://…` fetches, `<VRTDataset>…` reads other files. Only names of
-/// plain files pass.
-fn check_name(path: &Path) -> Result<(), ReadError> {
-    let name = path.to_string_lossy();
-    if name.contains("/vsi") || name.contains('<') {
-        return Err(ReadError::Refused(path.to_owned()));
-    }
-    let metadata = std::fs::metadata(path).map_err(|error| ReadError::unreadable(path, error))?;
-    if metadata.is_file() {
-        Ok(())
-    } else {
-        Err(ReadError::unreadable(path, "it is not a file"))
-    }
 }
 
 /// A height in metres as it is kept, and whether it had to be voided.

@@ -10,9 +10,9 @@ use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
 use terrain_ingest::{curved_model, polygonal_model, verify};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::metadata::{HeightsAbove, Metadata, Reading, Vertical};
+use terrain_tiles::metadata::{Metadata, Vertical};
 
-use super::shared::{blamed, bound_name, has_extension, memory, open, overrides, prepare, print};
+use super::shared::{blamed, bound_name, has_extension, local_overrides, memory, open, overrides, prepare, print};
 use crate::cli::{InfoArgs, RasterArgs, VerifyArgs};
 use crate::failure::Failure;
 
@@ -22,7 +22,7 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
     let memory = memory(&arguments.run);
-    let overrides = overrides_of(&arguments.subject, arguments.raster)?;
+    let overrides = overrides_of(&arguments.subject, arguments.raster, arguments.local.pixel_size)?;
     let rasters = open(&arguments.dems, overrides, &progress)?;
     let work = tempfile::tempdir()
         .context("a folder for samples")
@@ -50,9 +50,9 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
 }
 
 /// The same for an archive to verify, which says how its rasters were read.
-fn overrides_of(subject: &Path, raster: RasterArgs) -> Result<Overrides, Failure> {
+fn overrides_of(subject: &Path, raster: RasterArgs, pixel_size: Option<[f64; 2]>) -> Result<Overrides, Failure> {
     if has_extension(subject, &["ply", "obj"]) {
-        return Ok(overrides(raster, HeightsAbove::Source));
+        return Ok(local_overrides(raster, pixel_size));
     }
     let archive = Reader::open(subject).map_err(|error| Failure::Input(error.into()))?;
     let asked = archive.metadata().asked.clone();
@@ -65,9 +65,7 @@ fn overrides_of(subject: &Path, raster: RasterArgs) -> Result<Overrides, Failure
             datum: said.vertical.datum.or(asked.vertical.datum),
             geoid: said.vertical.geoid.or(asked.vertical.geoid),
         },
-        reading: Reading {
-            unit: said.reading.unit.or(asked.reading.unit),
-        },
+        reading: said.reading.or(asked.reading),
     })
 }
 
