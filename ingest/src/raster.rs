@@ -33,6 +33,7 @@ pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
 pub(crate) use vertical::UNSPECIFIED;
+pub use vertical::undulations;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;

@@ -143,6 +143,15 @@ impl HeightReference {
     }
 }
 
+/// Metres of a geoid above the ellipsoid by the grid in a file, at longitudes and latitudes in degrees; none where it does not reach.
+///
+/// # Errors
+/// When the grid cannot be read.
+pub fn undulations(grid: &Path, places: &[DVec2]) -> Result<Vec<Option<f64>>, ReadError> {
+    let geoid = Geoid::open(grid, &Datum::Unspecified, Some(&grid.display().to_string()))?;
+    Ok(places.iter().map(|&place| geoid.undulation(place)).collect())
+}
+
 fn columns_in(range: &Range<i64>) -> usize {
     (range.end - range.start) as usize
 }
