@@ -12,7 +12,9 @@ Examples:
   terrain-ingest dem.tif                         writes dem.pmtiles here, error derived from the raster
   terrain-ingest N49W124.hgt.zip N49W123.hgt.zip -o vancouver.pmtiles --max-error 5
   terrain-ingest height.exr --crs EPSG:2056 --bounds 2600000,1190000,2610000,1200000
+  terrain-ingest old.tif --nodata -9999 --unit foot
   terrain-ingest tin dem.tif --max-error 10 -o dem.ply
+  terrain-ingest tin map.r16 --pixel-size 2 --height-range 0 1024 --max-error 0.5 -o map.obj
   terrain-ingest tin dem.tif --max-error 10 --quality best --bound samples -o dem.obj
   terrain-ingest mesh bunny.obj --target-triangles 2000 -o bunny.ply
   terrain-ingest mesh bunny.obj -o bunny.spm     all levels of detail of a polygonal model
@@ -57,7 +59,8 @@ Examples:
 /// Turns elevation rasters into progressive terrain whose every level of detail carries a certified error in metres.
 ///
 /// Reads GeoTIFF, SRTM .hgt and .hgt.zip, Esri and USGS grids, DTED, netCDF, OpenEXR and more, in any coordinate
-/// reference system that PROJ knows. Nodata is void, never a height. Heights stay in the raster's vertical datum.
+/// reference system that PROJ knows; a folder is the rasters in it, a .zip the raster in it. Nodata is void, never a height. Heights
+/// become those above the ellipsoid where it is known what they are above.
 #[derive(Parser)]
 #[command(
     version,
@@ -416,7 +419,7 @@ pub(crate) struct RasterArgs {
 pub(crate) struct LocalArgs {
     /// Metres from sample to sample, one number or X,Y, of a raster that is nowhere on the Earth, such as a height map of a game: x
     /// and y are then metres from its last row's first sample.
-    #[arg(long, value_name = "METRES", value_parser = pixel_size, conflicts_with_all = ["crs", "bounds"])]
+    #[arg(long, value_name = "METRES", value_parser = pixel_size, conflicts_with_all = ["crs", "bounds", "vertical", "geoid", "heights"])]
     pub(crate) pixel_size: Option<[f64; 2]>,
 }
 
