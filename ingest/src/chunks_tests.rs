@@ -11,7 +11,7 @@ use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::intake::Intake;
 use crate::raster::ReadError;
-use crate::samples::{Extremes, Provenance, Rectangle};
+use crate::samples::{Extremes, Faults, Provenance, Rectangle};
 use terrain_core::height_field::chunks::Chunks;
 
 /// A raster whose first sample is not the first one of its lattice, and that counts how often it is read.
@@ -75,8 +75,8 @@ impl Raster for Shifted {
         self.grid.provenance()
     }
 
-    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
-        self.grid.remark(extremes, wild)
+    fn remark(&self, extremes: Option<Extremes>, faults: &[Faults]) -> Result<(), ReadError> {
+        self.grid.remark(extremes, faults)
     }
 
     fn stamps(&self) -> Vec<String> {

@@ -4,14 +4,17 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_ingest::pyramid::Job;
-use terrain_tiles::metadata::HeightsAbove;
+use terrain_ingest::raster;
+use terrain_tiles::metadata::{HeightsAbove, RasterReader};
 
 const EXAMPLES: &str = "\
 Examples:
   terrain-ingest dem.tif                         writes dem.pmtiles here, error derived from the raster
   terrain-ingest N49W124.hgt.zip N49W123.hgt.zip -o vancouver.pmtiles --max-error 5
   terrain-ingest height.exr --crs EPSG:2056 --bounds 2600000,1190000,2610000,1200000
+  terrain-ingest old.tif --nodata -9999 --unit foot
   terrain-ingest tin dem.tif --max-error 10 -o dem.ply
+  terrain-ingest tin map.r16 --pixel-size 2 --height-range 0 1024 --max-error 0.5 -o map.obj
   terrain-ingest tin dem.tif --max-error 10 --quality best --bound samples -o dem.obj
   terrain-ingest mesh bunny.obj --target-triangles 2000 -o bunny.ply
   terrain-ingest mesh bunny.obj -o bunny.spm     all levels of detail of a polygonal model
@@ -56,7 +59,8 @@ Examples:
 /// Turns elevation rasters into progressive terrain whose every level of detail carries a certified error in metres.
 ///
 /// Reads GeoTIFF, SRTM .hgt and .hgt.zip, Esri and USGS grids, DTED, netCDF, OpenEXR and more, in any coordinate
-/// reference system that PROJ knows. Nodata is void, never a height. Heights stay in the raster's vertical datum.
+/// reference system that PROJ knows; a folder is the rasters in it, a .zip the raster in it. Nodata is void, never a height. Heights
+/// become those above the ellipsoid where it is known what they are above.
 #[derive(Parser)]
 #[command(
     version,
@@ -242,6 +246,8 @@ pub(crate) struct TinArgs {
     #[command(flatten)]
     pub(crate) surface: SurfaceArgs,
     #[command(flatten)]
+    pub(crate) local: LocalArgs,
+    #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -346,6 +352,8 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_enum, default_value = "surface")]
     pub(crate) bound: Bound,
     #[command(flatten)]
+    pub(crate) local: LocalArgs,
+    #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -378,11 +386,75 @@ pub(crate) struct RasterArgs {
     /// keeps for the datum.
     #[arg(long, value_name = "FILE")]
     pub(crate) geoid: Option<PathBuf>,
+    /// Unit of the rasters' heights, instead of what they say: metre, decimetre, centimetre, foot, us-foot, or so many metres.
+    #[arg(long, value_name = "UNIT", value_parser = unit, allow_negative_numbers = true)]
+    pub(crate) unit: Option<f64>,
+    /// Value, or values with commas between them, that stand for voids, as they are stored in the rasters, besides those that these
+    /// declare; `none` if there are none. If not given, usual ones as -32768 or -9999 are voids where they are far from all other
+    /// values, and a note says so.
+    #[arg(long, value_name = "VALUE", value_parser = values, allow_negative_numbers = true, allow_hyphen_values = true)]
+    pub(crate) nodata: Option<Values>,
+    /// Heights in metres of the least and the greatest value that a height map can store: 0 and 65535 for 16 bits, 0 and 1 for
+    /// numbers with a fraction.
+    #[arg(long, value_names = ["MIN", "MAX"], num_args = 2, value_parser = number, allow_negative_numbers = true)]
+    pub(crate) height_range: Option<Vec<f64>>,
+    /// Which byte comes first in raw height maps (.r16, .raw: 16 bits a sample, as many rows as columns).
+    #[arg(long, value_enum, default_value = "little")]
+    pub(crate) byte_order: ByteOrder,
+    /// Which reader to use, whatever the file's name: GDAL; tiff and exr without GDAL, which look at no other file.
+    #[arg(long, value_enum)]
+    pub(crate) reader: Option<ReaderName>,
+    /// Read virtual rasters (.vrt), and every file and address that they name.
+    #[arg(long)]
+    pub(crate) allow_vrt: bool,
     /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
     /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
     /// says.
     #[arg(long, value_enum)]
     pub(crate) heights: Option<Heights>,
+}
+
+/// For ground that is nowhere on the Earth.
+#[derive(Args)]
+pub(crate) struct LocalArgs {
+    /// Metres from sample to sample, one number or X,Y, of a raster that is nowhere on the Earth, such as a height map of a game: x
+    /// and y are then metres from its last row's first sample.
+    #[arg(long, value_name = "METRES", value_parser = pixel_size, conflicts_with_all = ["crs", "bounds", "vertical", "geoid", "heights"])]
+    pub(crate) pixel_size: Option<[f64; 2]>,
+}
+
+/// Numbers, or none of them.
+#[derive(Clone)]
+pub(crate) struct Values(pub(crate) Vec<f64>);
+
+/// Which byte of a number comes first.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ByteOrder {
+    /// The least significant one.
+    Little,
+    /// The most significant one.
+    Big,
+}
+
+/// Who reads rasters.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ReaderName {
+    /// The library GDAL: most formats.
+    Gdal,
+    /// GeoTIFF alone.
+    Tiff,
+    /// OpenEXR alone.
+    Exr,
+}
+
+impl From<ReaderName> for RasterReader {
+    fn from(name: ReaderName) -> Self {
+        match name {
+            ReaderName::Gdal => Self::Gdal,
+            ReaderName::Tiff => Self::Tiff,
+            ReaderName::Exr => Self::Exr,
+        }
+    }
 }
 
 /// What heights are above.
@@ -445,6 +517,43 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(number)
     } else {
         Err("must be a number above 0".to_owned())
+    }
+}
+
+/// Metres in a unit.
+fn unit(text: &str) -> Result<f64, String> {
+    let named = raster::metres_in(text).filter(|_| !text.is_empty());
+    named.map_or_else(
+        || positive(text).map_err(|_| "is no unit: metre, foot, us-foot …, or so many metres".to_owned()),
+        Ok,
+    )
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let number: f64 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
+    if number.is_finite() {
+        Ok(number)
+    } else {
+        Err("must be finite".to_owned())
+    }
+}
+
+fn values(text: &str) -> Result<Values, String> {
+    if text.eq_ignore_ascii_case("none") {
+        return Ok(Values(Vec::new()));
+    }
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    numbers
+        .map(Values)
+        .map_err(|_| "needs a number, several with commas between them, or `none`".to_owned())
+}
+
+fn pixel_size(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Vec<f64> = text.split(',').map(positive).collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [both] => Ok([both, both]),
+        [across, down] => Ok([across, down]),
+        _ => Err("needs one number, or two with a comma between them".to_owned()),
     }
 }
 

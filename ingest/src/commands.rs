@@ -100,6 +100,7 @@ fn update(arguments: UpdateArgs) -> Result<(), Failure> {
         crs: of_archive.asked.crs.clone(),
         bounds: of_archive.asked.bounds,
         vertical: of_archive.asked.vertical.clone(),
+        reading: of_archive.asked.reading.clone(),
     };
     let opened = applied
         .map_err(Failure::Input)

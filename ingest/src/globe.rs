@@ -17,7 +17,7 @@ use glam::DVec2;
 
 use crate::georeference::GeoReference;
 use crate::raster::ReadError;
-use crate::samples::{Extremes, Provenance, Raster, Rectangle};
+use crate::samples::{Extremes, Faults, Provenance, Raster, Rectangle};
 use crate::store::Name;
 
 /// Columns that are there twice, at either end: more than a tile looks beyond its sides.
@@ -181,7 +181,7 @@ impl<'a> Globe<'a> {
     fn read_rows(&self, columns: &Range<usize>, rows: &Range<usize>) -> Result<Rectangle, ReadError> {
         let mut whole = Rectangle {
             heights: vec![f32::NAN; columns.len() * rows.len()],
-            wild: vec![0; self.raster.extents().len()],
+            faults: vec![Faults::default(); self.raster.extents().len()],
         };
         let mut from = 0;
         for (piece, is_twice) in self.pieces(columns) {
@@ -196,10 +196,10 @@ impl<'a> Globe<'a> {
                 }
                 if !is_twice {
                     whole
-                        .wild
+                        .faults
                         .iter_mut()
-                        .zip(part.wild)
-                        .for_each(|(sum, wild)| *sum += wild);
+                        .zip(part.faults)
+                        .for_each(|(sum, faults)| *sum = sum.with(faults));
                 }
             }
             from += piece.len();
@@ -257,16 +257,17 @@ impl Raster for Globe<'_> {
                 heights[from..from + columns.len()].copy_from_slice(&self.read_pole(pole, &columns)?);
             }
         }
-        let mut wild = vec![0; self.copies.len()];
-        for (file, count) in read.wild.into_iter().enumerate().filter(|&(_, count)| count > 0) {
+        let mut faults = vec![Faults::default(); self.copies.len()];
+        let found = read.faults.into_iter().enumerate();
+        for (file, of_file) in found.filter(|(_, of_file)| *of_file != Faults::default()) {
             let reaches = |copy: &Copy| {
                 copy.file == file && copy.extent[0].start < columns.end && columns.start < copy.extent[0].end
             };
             if let Some(copy) = self.copies.iter().position(reaches) {
-                wild[copy] += count;
+                faults[copy] = faults[copy].with(of_file);
             }
         }
-        Ok(Rectangle { heights, wild })
+        Ok(Rectangle { heights, faults })
     }
 
     fn georeference(&self) -> &GeoReference {
@@ -277,10 +278,10 @@ impl Raster for Globe<'_> {
         self.raster.provenance()
     }
 
-    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
-        let mut of_files = vec![0; self.raster.extents().len()];
-        for (copy, wild) in self.copies.iter().zip(wild) {
-            of_files[copy.file] += wild;
+    fn remark(&self, extremes: Option<Extremes>, faults: &[Faults]) -> Result<(), ReadError> {
+        let mut of_files = vec![Faults::default(); self.raster.extents().len()];
+        for (copy, &faults) in self.copies.iter().zip(faults) {
+            of_files[copy.file] = of_files[copy.file].with(faults);
         }
         self.raster.remark(extremes, &of_files)
     }

@@ -11,7 +11,7 @@ use terrain_core::height_field::relief::CHUNK;
 
 use crate::chunks::{self, ChunkId, chunks_under, overlap, samples_key, to_bytes, top_level};
 use crate::progress::Progress;
-use crate::samples::{Extremes, Raster};
+use crate::samples::{Extremes, Faults, Raster};
 use crate::store::{Name, Store};
 
 /// Columns and rows of chunks that are read at once.
@@ -30,8 +30,8 @@ struct BandRecord {
     /// Column and row of each chunk with a height, and the hash of its samples.
     chunks: Vec<(u32, u32, String)>,
     extremes: Option<Extremes>,
-    /// For each file that reaches into it how many samples became void because they cannot be heights.
-    wild: Vec<usize>,
+    /// For each file that reaches into it what cannot be right in it.
+    faults: Vec<Faults>,
 }
 
 /// The samples of opened rasters while they are brought into a store.
@@ -42,12 +42,13 @@ pub(crate) struct Intake<'a> {
     stamps: Vec<String>,
 }
 
-/// What was taken into the store, and what is remarkable of it that cannot be heights.
+/// What was taken into the store, and what is remarkable of it.
 pub(crate) struct Taken {
     pub(crate) names: BTreeMap<ChunkId, Name>,
     /// None where nothing has a height.
     pub(crate) extremes: Option<Extremes>,
-    pub(crate) wild: Vec<usize>,
+    /// For each file.
+    pub(crate) faults: Vec<Faults>,
 }
 
 impl<'a> Intake<'a> {
@@ -101,7 +102,7 @@ impl<'a> Intake<'a> {
         let mut taken = Taken {
             names: BTreeMap::new(),
             extremes: None,
-            wild: vec![0; self.raster.extents().len()],
+            faults: vec![Faults::default(); self.raster.extents().len()],
         };
         for band in bands {
             let record = self.record(band, progress)?;
@@ -111,8 +112,8 @@ impl<'a> Intake<'a> {
             }
             let both = taken.extremes.into_iter().chain(record.extremes);
             taken.extremes = both.reduce(Extremes::with);
-            for (file, wild) in self.files_in(band).into_iter().zip(record.wild) {
-                taken.wild[file] += wild;
+            for (file, faults) in self.files_in(band).into_iter().zip(record.faults) {
+                taken.faults[file] = taken.faults[file].with(faults);
             }
         }
         Ok(taken)
@@ -190,15 +191,15 @@ impl<'a> Intake<'a> {
             Ok(Some((id.x, id.y, name.to_string())))
         };
         let chunks: Result<Vec<_>> = ids.into_par_iter().map(put).filter_map(Result::transpose).collect();
-        let wild = self
+        let faults = self
             .files_in(band)
             .into_iter()
-            .map(|file| rectangle.wild[file])
+            .map(|file| rectangle.faults[file])
             .collect();
         Ok(BandRecord {
             chunks: chunks?,
             extremes: Extremes::of(&rectangle.heights),
-            wild,
+            faults,
         })
     }
 }

@@ -9,10 +9,16 @@ mod layout;
 mod mosaic;
 mod options;
 mod placement;
+mod raw_file;
+mod reader;
 mod record;
 mod remark;
+mod source;
+mod tiff_file;
+mod undeclared;
 mod units;
 mod vertical;
+mod zip;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -21,23 +27,28 @@ use std::time::UNIX_EPOCH;
 
 use rayon::prelude::*;
 
+pub use drivers::is_raster;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
+pub use units::metres_in;
 pub(crate) use vertical::UNSPECIFIED;
+pub use vertical::undulations;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
-use crate::samples::{Extremes, Overrides, Provenance, Raster, Rectangle};
-use gdal_file::GdalFile;
+use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
 use layout::Layout;
 use mosaic::Mosaic;
-use remark::{HIGHEST, remark};
+use remark::{HIGHEST, remark, tell};
+use source::Source;
 use vertical::HeightReference;
 
 /// Samples that one reader takes at once: 8 MiB of f64.
 const SAMPLES_AT_ONCE: usize = 1 << 20;
+/// Metres by which files may differ where they overlap without a word.
+const AGREEMENT: f32 = 0.01;
 
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
@@ -71,8 +82,7 @@ impl Rasters {
         let layouts: Vec<&Layout> = files.iter().map(Source::layout).collect();
         let mosaic = Mosaic::new(&layouts, options.limits)?;
         let georeference = georeference(first.layout(), &mosaic, options)?;
-        let heights = layouts.iter().map(|layout| (layout.path.as_path(), &layout.heights));
-        vertical::tell(heights, &options.progress);
+        tell(&layouts, &options.progress);
         Ok(Self {
             files,
             mosaic,
@@ -121,9 +131,9 @@ impl Rasters {
         let path = &self.files[0].layout().path;
         placement::check_size(path, columns, rows, self.limits.samples_in_memory)?;
         self.progress.stage("reading samples", (columns * rows) as u64);
-        let Rectangle { heights, wild } = self.read(0..columns, 0..rows)?;
+        let Rectangle { heights, faults } = self.read(0..columns, 0..rows)?;
         self.progress.done();
-        self.remark(Extremes::of(&heights), &wild)?;
+        self.remark(Extremes::of(&heights), &faults)?;
         Ok(HeightGrid {
             columns,
             rows,
@@ -195,14 +205,15 @@ impl Raster for Rasters {
     fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
         let mut rectangle = Rectangle {
             heights: vec![f32::NAN; columns.len() * rows.len()],
-            wild: vec![0; self.files.len()],
+            faults: vec![Faults::default(); self.files.len()],
         };
         let parts = self.parts(&columns, &rows);
         // Memory is that of the rectangle and of what is read at once.
         for parts in parts.chunks(rayon::current_num_threads()) {
             let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
             for (part, metres) in parts.iter().zip(read?) {
-                rectangle.wild[part.file] += put(part, &metres, &mut rectangle.heights, &columns, &rows);
+                let faults = put(part, &metres, &mut rectangle.heights, &columns, &rows);
+                rectangle.faults[part.file] = rectangle.faults[part.file].with(faults);
             }
         }
         Ok(rectangle)
@@ -223,9 +234,9 @@ impl Raster for Rasters {
         }
     }
 
-    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
+    fn remark(&self, extremes: Option<Extremes>, faults: &[Faults]) -> Result<(), ReadError> {
         let paths: Vec<&Path> = self.paths().collect();
-        remark(&paths, extremes, wild, &self.progress)
+        remark(&paths, extremes, faults, &self.progress)
     }
 
     /// Path, size and time of the last change of each file, and how they are read.
@@ -251,20 +262,26 @@ fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Puts a part where nothing is yet; returns how many samples were no heights.
-fn put(part: &Part, metres: &[f64], heights: &mut [f32], columns: &Range<usize>, rows: &Range<usize>) -> usize {
-    let mut wild = 0;
+/// Puts a part where nothing is yet; returns what cannot be right in it.
+fn put(part: &Part, metres: &[f64], heights: &mut [f32], columns: &Range<usize>, rows: &Range<usize>) -> Faults {
+    let mut faults = Faults::default();
     for (row, metres) in part.rows.clone().zip(metres.chunks_exact(part.columns.len())) {
         let start = (row - rows.start) * columns.len() + part.columns.start - columns.start;
         for (height, &metres) in heights[start..].iter_mut().zip(metres) {
             let (value, is_wild) = checked_height(metres);
-            wild += usize::from(is_wild);
+            faults.wild += u64::from(is_wild);
             if height.is_nan() {
                 *height = value;
+                continue;
+            }
+            let apart = (*height - value).abs();
+            if apart > AGREEMENT {
+                faults.disagreeing += 1;
+                faults.apart = faults.apart.max(apart);
             }
         }
     }
-    wild
+    faults
 }
 
 /// Reads band 1 of `paths` as one grid in memory.
@@ -298,6 +315,14 @@ fn part_size(block: [usize; 2], columns: usize) -> [usize; 2] {
 }
 
 fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Result<GeoReference, ReadError> {
+    if first.is_local {
+        return Ok(GeoReference::local(
+            mosaic.columns,
+            mosaic.rows,
+            mosaic.to_crs,
+            mosaic.origin,
+        ));
+    }
     let georeference = GeoReference::on_lattice(&first.crs, mosaic.to_crs, mosaic.origin, mosaic.columns, mosaic.rows)
         .map_err(|source| ReadError::Position(first.path.clone(), source))?;
     if georeference.is_ballpark() {
@@ -312,64 +337,6 @@ fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Resul
 /// A file's name without its folder.
 pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// An open file.
-enum Source {
-    Gdal(GdalFile),
-    Exr(exr_file::ExrFile),
-}
-
-impl Source {
-    fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
-        check_name(path)?;
-        let is_exr = path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        if is_exr {
-            exr_file::ExrFile::open(path, options).map(Self::Exr)
-        } else {
-            GdalFile::open(path, options).map(Self::Gdal)
-        }
-    }
-
-    fn layout(&self) -> &Layout {
-        match self {
-            Self::Gdal(file) => file.layout(),
-            Self::Exr(file) => file.layout(),
-        }
-    }
-
-    /// Samples of a block that is stored as one, across and down.
-    fn block(&self) -> [usize; 2] {
-        match self {
-            Self::Gdal(file) => file.block(),
-            Self::Exr(file) => [file.layout().columns, 1],
-        }
-    }
-
-    /// Metres of a rectangle of the file's samples, row by row.
-    fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
-        match self {
-            Self::Gdal(file) => file.read(columns, rows),
-            Self::Exr(file) => file.read(columns, rows),
-        }
-    }
-}
-
-/// GDAL takes names for more than files: `/vsicurl/http://…` fetches, `<VRTDataset>…` reads other files. Only names of
-/// plain files pass.
-fn check_name(path: &Path) -> Result<(), ReadError> {
-    let name = path.to_string_lossy();
-    if name.contains("/vsi") || name.contains('<') {
-        return Err(ReadError::Refused(path.to_owned()));
-    }
-    let metadata = std::fs::metadata(path).map_err(|error| ReadError::unreadable(path, error))?;
-    if metadata.is_file() {
-        Ok(())
-    } else {
-        Err(ReadError::unreadable(path, "it is not a file"))
-    }
 }
 
 /// A height in metres as it is kept, and whether it had to be voided.

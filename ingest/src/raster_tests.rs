@@ -17,7 +17,7 @@ struct Folder(TempDir);
 
 impl Folder {
     fn new() -> Self {
-        drivers::prepare_gdal();
+        drivers::prepare_gdal(false);
         Self(tempfile::tempdir().unwrap())
     }
 
@@ -118,6 +118,103 @@ fn nodata_is_void_however_it_is_said() {
 }
 
 #[test]
+fn undeclared_voids_are_found_and_what_the_person_says_goes_before_that() {
+    let folder = Folder::new();
+    let void = f32::NAN;
+    let path = folder.tiff("undeclared.tif", 3, &[120_i16, -9999, 340, 410, -9999, 99], |_| {});
+    let read_with = |nodata: Option<Vec<f64>>| {
+        let mut options = ReadOptions::default();
+        options.overrides.reading.nodata = nodata;
+        read(slice::from_ref(&path), &options).unwrap()
+    };
+    assert_heights(&read_with(None), &[120.0, void, 340.0, 410.0, void, 99.0]);
+    assert_heights(&read_with(Some(vec![])), &[120.0, -9999.0, 340.0, 410.0, -9999.0, 99.0]);
+    assert_heights(
+        &read_with(Some(vec![99.0, 340.0])),
+        &[120.0, -9999.0, void, 410.0, -9999.0, void],
+    );
+    // Besides those that a file declares.
+    let declares = |dataset: &mut Dataset| dataset.rasterband(1).unwrap().set_no_data_value(Some(-1.0)).unwrap();
+    let path = folder.tiff("declared.tif", 2, &[120_i16, -9999, -1, 410], declares);
+    assert_heights(&read_one(path).unwrap(), &[120.0, void, void, 410.0]);
+    // In single precision, said in decimals.
+    let path = folder.tiff("float.tif", 2, &[1.5_f32, -0.1, 3.0, 4.0], |_| {});
+    let mut options = ReadOptions::default();
+    options.overrides.reading.nodata = Some(vec![-0.1]);
+    assert_heights(&read(&[path], &options).unwrap(), &[1.5, void, 3.0, 4.0]);
+}
+
+#[test]
+fn samples_that_are_transparent_are_voids() {
+    let folder = Folder::new();
+    let path = folder.path("alpha.tif");
+    let driver = DriverManager::get_driver_by_name("GTiff").unwrap();
+    let options = gdal::raster::RasterCreationOptions::from_iter(["ALPHA=YES"]);
+    let mut dataset = driver
+        .create_with_band_type_with_options::<u16, _>(&path, 2, 2, 2, &options)
+        .unwrap();
+    dataset.set_geo_transform(&[10.0, 0.5, 0.0, 50.0, 0.0, -0.5]).unwrap();
+    dataset.set_spatial_ref(&SpatialRef::from_epsg(4326).unwrap()).unwrap();
+    for (band, values) in [(1, [1_u16, 2, 3, 4]), (2, [u16::MAX, 0, u16::MAX, u16::MAX])] {
+        let mut buffer = Buffer::new((2, 2), values.to_vec());
+        dataset
+            .rasterband(band)
+            .unwrap()
+            .write((0, 0), (2, 2), &mut buffer)
+            .unwrap();
+    }
+    drop(dataset);
+    assert_heights(&read_one(path).unwrap(), &[1.0, f32::NAN, 3.0, 4.0]);
+}
+
+/// A height map of 3 × 3 samples of 16 bits.
+fn raw(folder: &Folder, name: &str, bytes_of: impl Fn(u16) -> [u8; 2]) -> PathBuf {
+    let path = folder.path(name);
+    let bytes: Vec<u8> = (0..9_u16).flat_map(|index| bytes_of(index * 8000 + 1535)).collect();
+    fs::write(&path, bytes).unwrap();
+    path
+}
+
+#[test]
+fn raw_height_maps_are_local_ground_in_their_range_of_heights() {
+    let folder = Folder::new();
+    let mut options = ReadOptions::default();
+    options.overrides.reading.height_range = Some([-100.0, 555.35]);
+    options.overrides.reading.pixel_size = Some([2.0, 3.0]);
+    let little = read(&[raw(&folder, "a.r16", u16::to_le_bytes)], &options).unwrap();
+    let big = raw(&folder, "b.raw", u16::to_be_bytes);
+    options.overrides.reading.big_endian = true;
+    let big = read(slice::from_ref(&big), &options).unwrap();
+    let expected: Vec<f32> = (0..9).map(|index| 80.0 * index as f32 - 84.65).collect();
+    for (grid, expected) in [&little, &big]
+        .into_iter()
+        .flat_map(|grid| grid.heights.iter().zip(&expected))
+    {
+        assert!((grid - expected).abs() < 1e-4, "{grid}, not {expected}");
+    }
+    assert_eq!(
+        little.georeference.crs_coordinates(DVec2::new(2.0, 0.0)),
+        DVec2::new(4.0, 6.0)
+    );
+    assert_eq!(little.georeference.crs_coordinates(DVec2::new(0.0, 2.0)), DVec2::ZERO);
+    let odd = folder.path("odd.r16");
+    fs::write(&odd, [0; 20]).unwrap();
+    let refusal = read(&[odd], &options).unwrap_err().to_string();
+    assert!(refusal.contains("20 bytes are no square"), "{refusal}");
+}
+
+#[test]
+fn a_range_of_heights_is_that_of_what_can_be_stored() {
+    let folder = Folder::new();
+    let mut options = ReadOptions::default();
+    options.overrides.reading.height_range = Some([1000.0, 2000.0]);
+    let byte = folder.tiff("byte.tif", 2, &[0_u8, 51, 102, 255], |_| {});
+    assert_heights(&read(&[byte], &options).unwrap(), &[1000.0, 1200.0, 1400.0, 2000.0]);
+    let float = folder.tiff("float.tif", 2, &[0.0_f32, 0.25, 0.5, 1.0], |_| {});
+    assert_heights(&read(&[float], &options).unwrap(), &[1000.0, 1250.0, 1500.0, 2000.0]);
+}
+
+#[test]
 fn scale_offset_and_unit_make_metres() {
     let folder = Folder::new();
     let scaled = folder.tiff("scaled.tif", 2, &[10_i16, 20, -32768, 0], |dataset| {
@@ -145,6 +242,42 @@ fn files_side_by_side_become_one_grid_with_gaps_void() {
     assert_eq!((grid.columns, grid.rows), (3, 3));
     assert_heights(&grid, &[1.0, 2.0, void, 3.0, 4.0, 5.0, void, 40.0, 6.0]);
     assert_eq!(grid.georeference.geographic(DVec2::ZERO), DVec2::new(10.25, 49.75));
+}
+
+#[test]
+fn where_files_overlap_and_differ_the_first_counts_and_the_difference_is_kept() {
+    let folder = Folder::new();
+    let at = |x: f64| move |dataset: &mut Dataset| dataset.set_geo_transform(&[x, 0.5, 0.0, 50.0, 0.0, -0.5]).unwrap();
+    let a = folder.tiff("a.tif", 3, &[1.0_f32, 2.0, 3.0, 4.0, f32::NAN, 6.0], at(10.0));
+    let b = folder.tiff("b.tif", 3, &[2.005_f32, 10.0, 30.0, 5.0, 6.0, 60.0], at(10.5));
+    let rasters = Rasters::open(&[a, b], &ReadOptions::default()).unwrap();
+    let read = rasters.read(0..4, 0..2).unwrap();
+    assert_eq!(read.heights, [1.0, 2.0, 3.0, 30.0, 4.0, 5.0, 6.0, 60.0]);
+    let of_b = Faults {
+        disagreeing: 1,
+        apart: 7.0,
+        ..Faults::default()
+    };
+    assert_eq!(read.faults, [Faults::default(), of_b]);
+}
+
+#[test]
+fn the_unit_of_the_vertical_reference_system_is_applied_once_and_that_of_the_person_before_it() {
+    let folder = Folder::new();
+    let in_feet = |dataset: &mut Dataset| {
+        let feet = SpatialRef::from_definition("EPSG:2232+8228").unwrap();
+        dataset.set_spatial_ref(&feet).unwrap();
+        dataset
+            .set_geo_transform(&[3_100_000.0, 100.0, 0.0, 1_700_000.0, 0.0, -100.0])
+            .unwrap();
+    };
+    let path = folder.tiff("feet.tif", 2, &[10_i16, 20, 30, 40], in_feet);
+    let mut options = ReadOptions::default();
+    let foot = 0.3048_f32;
+    let grid = read(slice::from_ref(&path), &options).unwrap();
+    assert_heights(&grid, &[10.0, 20.0, 30.0, 40.0].map(|feet: f32| feet * foot));
+    options.overrides.reading.unit = Some(0.1);
+    assert_heights(&read(&[path], &options).unwrap(), &[1.0, 2.0, 3.0, 4.0]);
 }
 
 #[test]
@@ -308,6 +441,79 @@ fn a_virtual_raster_cannot_make_gdal_read_other_files() {
         let error = read_one(folder.path(name)).unwrap_err();
         assert!(matches!(error, ReadError::Unreadable { .. }), "{name}: {error}");
     }
+    let refusal = read_one(folder.path("sly.vrt")).unwrap_err().to_string();
+    assert!(refusal.contains("--allow-vrt"), "{refusal}");
+    let mut options = ReadOptions::default();
+    options.overrides.reading.allow_vrt = true;
+    let asked = read(&[folder.path("sly.vrt")], &options).unwrap();
+    assert_heights(&asked, &[1.0, 2.0, 3.0, 4.0]);
+    // It stays with who asked.
+    assert!(read_one(folder.path("sly.tif")).is_err());
+}
+
+/// CRC-32 as zip files have it (ISO 3309).
+fn crc(bytes: &[u8]) -> u32 {
+    let divide = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
+    !bytes
+        .iter()
+        .fold(u32::MAX, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), divide))
+}
+
+/// A zip file of files as they are (APPNOTE 4.3), by names and content.
+fn zip(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
+    let (mut bytes, mut directory) = (Vec::new(), Vec::new());
+    for (name, content) in files {
+        let size = (content.len() as u32).to_le_bytes();
+        let place = (bytes.len() as u32).to_le_bytes();
+        let name_length = [name.len() as u8, 0, 0, 0];
+        let common = [
+            &[20, 0, 0, 0, 0, 0, 0, 0, 0x21, 0][..],
+            &crc(content).to_le_bytes(),
+            &size,
+            &size,
+            &name_length,
+        ]
+        .concat();
+        bytes.extend([&b"PK\x03\x04"[..], &common, name.as_bytes(), content].concat());
+        directory.extend([&b"PK\x01\x02\x14\0"[..], &common, &[0; 10], &place, name.as_bytes()].concat());
+    }
+    let [count, _] = (files.len() as u16).to_le_bytes();
+    let counts = [0, 0, 0, 0, count, 0, count, 0];
+    let (size, place) = (
+        (directory.len() as u32).to_le_bytes(),
+        (bytes.len() as u32).to_le_bytes(),
+    );
+    [&bytes[..], &directory, b"PK\x05\x06", &counts, &size, &place, &[0, 0]].concat()
+}
+
+#[test]
+fn a_zip_file_with_one_raster_is_that_raster() {
+    let folder = Folder::new();
+    let tiff = fs::read(folder.tiff("a.tif", 2, &[1_i16, 2, 3, 4], |_| {})).unwrap();
+    let named = |name, files: &[(&str, Vec<u8>)]| {
+        let path = folder.path(name);
+        fs::write(&path, zip(files)).unwrap();
+        read_one(path)
+    };
+    let read_me = ("README.txt", b"Heights of a place.".to_vec());
+    let one = named("one.zip", &[read_me.clone(), ("dem/a.tif", tiff.clone())]).unwrap();
+    assert_heights(&one, &[1.0, 2.0, 3.0, 4.0]);
+    for (name, files, reason) in [
+        (
+            "two.zip",
+            vec![("a.tif", tiff.clone()), ("b.tif", tiff)],
+            "it holds 2 rasters; unpack it",
+        ),
+        ("none.zip", vec![read_me], "it holds no raster"),
+    ] {
+        let refusal = named(name, &files).unwrap_err().to_string();
+        assert!(refusal.contains(reason), "{refusal}");
+    }
+    fs::write(folder.path("junk.zip"), b"PK no archive").unwrap();
+    assert!(matches!(
+        read_one(folder.path("junk.zip")),
+        Err(ReadError::Unreadable { .. })
+    ));
 }
 
 #[test]

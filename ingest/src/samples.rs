@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
-use terrain_tiles::metadata::Vertical;
+use terrain_tiles::metadata::{Reading, Vertical};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
@@ -37,11 +37,11 @@ pub trait Raster: Sync {
     /// Where the samples come from.
     fn provenance(&self) -> Provenance;
 
-    /// Tells the person of samples that cannot be heights: among those that are there, and how many became void, by file.
+    /// Tells the person of samples that cannot be right: among those that are there, and what was found file by file.
     ///
     /// # Errors
     /// When no sample has a height.
-    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError>;
+    fn remark(&self, extremes: Option<Extremes>, faults: &[Faults]) -> Result<(), ReadError>;
 
     /// For each file, what must be the same for samples that were read of it before to be good still.
     fn stamps(&self) -> Vec<String>;
@@ -51,8 +51,31 @@ pub trait Raster: Sync {
 pub struct Rectangle {
     /// Metres, row by row; NaN where void.
     pub heights: Vec<f32>,
-    /// For each file how many samples were infinite or beyond any height, and so became void.
-    pub wild: Vec<usize>,
+    /// For each file what cannot be right in it.
+    pub faults: Vec<Faults>,
+}
+
+/// What cannot be right among the samples of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Faults {
+    /// Samples that are infinite or beyond any height, and so became void.
+    pub wild: u64,
+    /// Samples of which files before this one have another height, which counts.
+    pub disagreeing: u64,
+    /// Metres by which they differ, at most.
+    pub apart: f32,
+}
+
+impl Faults {
+    /// Of both.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            wild: self.wild + other.wild,
+            disagreeing: self.disagreeing + other.disagreeing,
+            apart: self.apart.max(other.apart),
+        }
+    }
 }
 
 /// The lowest and the highest of some samples, metres.
@@ -123,6 +146,9 @@ pub struct Overrides {
     pub bounds: Option<[f64; 4]>,
     /// Vertical datum, and what heights are to be above.
     pub vertical: Vertical,
+    /// How samples are read.
+    #[serde(default)]
+    pub reading: Reading,
 }
 
 /// A rectangle of samples, cut off at the raster's edges.
@@ -191,7 +217,7 @@ impl Raster for HeightGrid {
     fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
         Ok(Rectangle {
             heights: self.heights_in(&columns, &rows),
-            wild: vec![0],
+            faults: vec![Faults::default()],
         })
     }
 
@@ -209,7 +235,7 @@ impl Raster for HeightGrid {
         }
     }
 
-    fn remark(&self, _extremes: Option<Extremes>, _wild: &[usize]) -> Result<(), ReadError> {
+    fn remark(&self, _extremes: Option<Extremes>, _faults: &[Faults]) -> Result<(), ReadError> {
         Ok(())
     }
 

@@ -54,7 +54,7 @@ impl StoredRaster {
         progress.stage("reading samples", intake.sample_count());
         let taken = intake.take(&bands, progress)?;
         progress.done();
-        raster.remark(taken.extremes, &taken.wild)?;
+        raster.remark(taken.extremes, &taken.faults)?;
         let chunks = ChunkedRaster::new(raster, store, taken.names, (memory / SHARE).min(MOST));
         let [columns, rows] = Samples::size(&chunks);
         let before = chunks.before().map(|before| -(before as i64));

@@ -40,7 +40,7 @@ fn unusable_input_is_one_line_and_exit_code_2_and_leaves_nothing() {
         (&["absent.tif"], "absent.tif: cannot be read: No such file"),
         (&["junk.tif"], "junk.tif: cannot be read"),
         (&["truncated.tif"], "truncated.tif: cannot be read"),
-        (&["."], "not a file"),
+        (&["."], "./junk.tif: cannot be read"),
         (&["/vsicurl/http://127.0.0.1:1/a.tif"], "refused"),
         (
             &["placeless.asc"],

@@ -2,6 +2,9 @@
 
 #include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/Geodesic.hpp>
+#include <GeographicLib/Geoid.hpp>
+#include <GeographicLib/LocalCartesian.hpp>
+#include <GeographicLib/TransverseMercatorExact.hpp>
 #include <GeographicLib/UTMUPS.hpp>
 
 #include <vector>
@@ -20,6 +23,40 @@ template <typename Work> int guarded(Work work) {
 }
 
 extern "C" {
+
+// zone 0 is the polar one.
+int shim_to_utm(int zone, double latitude, double longitude, int *north, double projected[2]) {
+    return guarded([&] {
+        int found;
+        bool is_north;
+        UTMUPS::Forward(latitude, longitude, found, is_north, projected[0], projected[1], zone);
+        *north = is_north;
+    });
+}
+
+// Scale 1 on the central meridian, no false easting.
+int shim_from_transverse_mercator(double meridian, double x, double y, double geodetic[2]) {
+    return guarded([&] {
+        const TransverseMercatorExact exact(Constants::WGS84_a(), Constants::WGS84_f(), 1);
+        exact.Reverse(meridian, x, y, geodetic[0], geodetic[1]);
+    });
+}
+
+// local: east, north, up of a point from an origin; both are latitude, longitude, height.
+int shim_to_local(const double origin[3], const double point[3], double local[3]) {
+    return guarded([&] {
+        const LocalCartesian frame(origin[0], origin[1], origin[2]);
+        frame.Forward(point[0], point[1], point[2], local[0], local[1], local[2]);
+    });
+}
+
+// Heights of a geoid at places (latitude, longitude), bilinear in the grid FOLDER/NAME.pgm.
+int shim_undulations(const char *folder, const char *name, int count, const double *places, double *metres) {
+    return guarded([&] {
+        const Geoid geoid(name, folder, false);
+        for (int i = 0; i < count; ++i) metres[i] = geoid(places[2 * i], places[2 * i + 1]);
+    });
+}
 
 // position: x, y, z; rotation: rows of the matrix from east, north, up to x, y, z.
 int shim_to_earth_centred(double latitude, double longitude, double height, double position[3], double rotation[9]) {

@@ -8,6 +8,8 @@ pub mod vectors;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
 use std::{env, thread};
 
 /// The top folder of the workspace.
@@ -35,6 +37,46 @@ pub fn shared_data(name: &str) -> Option<PathBuf> {
 #[must_use]
 pub fn shared_vectors(name: &str) -> Option<PathBuf> {
     there_or_skipped(workspace().join("../shared/vectors").join(name))
+}
+
+/// The program `terrain-ingest`: the one that `TERRAIN_INGEST` names, or one that is built now.
+///
+/// # Panics
+/// Where it cannot be built.
+#[must_use]
+pub fn program() -> &'static Path {
+    static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| match env::var_os("TERRAIN_INGEST") {
+        Some(program) => program.into(),
+        None => built_program(),
+    });
+    &PROGRAM
+}
+
+fn built_program() -> PathBuf {
+    let (profile, folder) = if cfg!(debug_assertions) {
+        ("dev", "debug")
+    } else {
+        ("release", "release")
+    };
+    let arguments = [
+        "build",
+        "--locked",
+        "--quiet",
+        "-p",
+        "terrain-ingest",
+        "--profile",
+        profile,
+    ];
+    let built = Command::new(env!("CARGO"))
+        .args(arguments)
+        .current_dir(workspace())
+        .status();
+    assert!(
+        built.is_ok_and(|status| status.success()),
+        "terrain-ingest cannot be built"
+    );
+    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from);
+    target.join(folder).join("terrain-ingest")
 }
 
 /// The path, if there is something. If not, the test that asks is noted in `target/skipped-tests`, which `./task test`

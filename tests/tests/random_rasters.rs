@@ -6,14 +6,13 @@ use std::collections::BTreeMap;
 use std::env;
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use terrain_tests::random_raster::{Place, RandomRaster};
-use terrain_tests::{shared_data, workspace};
+use terrain_tests::{program, shared_data, workspace};
 
 /// How many rasters every run of the tests makes.
 const RASTERS: u64 = 200;
@@ -21,36 +20,11 @@ const RASTERS: u64 = 200;
 /// No raster of a few hundred samples takes so long, on a busy machine either: what goes on longer does not end.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// The one that `TERRAIN_INGEST` names, or one that is built now.
-static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| {
-    if let Some(program) = env::var_os("TERRAIN_INGEST") {
-        return program.into();
-    }
-    let (profile, folder) = if cfg!(debug_assertions) {
-        ("dev", "debug")
-    } else {
-        ("release", "release")
-    };
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args([
-        "build",
-        "--locked",
-        "--quiet",
-        "-p",
-        "terrain-ingest",
-        "--profile",
-        profile,
-    ]);
-    assert!(cargo.current_dir(workspace()).status().unwrap().success());
-    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from);
-    target.join(folder).join("terrain-ingest")
-});
-
 /// Exit code, none where the time limit ended it, and what it printed.
 fn run(folder: &Path, arguments: &[String]) -> (Option<i32>, String) {
     let printed = folder.join("printed");
     let file = File::create(&printed).unwrap();
-    let mut command = Command::new(&*PROGRAM);
+    let mut command = Command::new(program());
     command
         .args(arguments)
         .args(["--quiet", "--jobs", "1"])

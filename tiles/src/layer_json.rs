@@ -20,7 +20,19 @@ pub struct LayerJson {
     bounds: [f64; 4],
     extensions: [&'static str; 1],
     attribution: String,
+    vertical: Vertical,
     available: Vec<Vec<Range>>,
+}
+
+/// What heights are above; no client asks for it yet, so that the names are ours.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Vertical {
+    source_datum: String,
+    target_datum: String,
+    transformation: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    grid: Option<String>,
 }
 
 /// A rectangle of tiles that exist, all four numbers inclusive.
@@ -62,6 +74,7 @@ impl LayerJson {
             bounds: bounds(metadata),
             extensions: ["octvertexnormals"],
             attribution: attribution(metadata),
+            vertical: vertical(metadata),
             available: (0..=metadata.max_zoom).map(|zoom| available(metadata, zoom)).collect(),
         }
     }
@@ -86,6 +99,15 @@ fn bounds(metadata: &Metadata) -> [f64; 4] {
         [-180.0, south, 180.0, north]
     } else {
         metadata.bounds
+    }
+}
+
+fn vertical(Metadata { source, .. }: &Metadata) -> Vertical {
+    Vertical {
+        source_datum: source.vertical_datum.clone(),
+        target_datum: source.tiles_above().to_owned(),
+        transformation: source.vertical_transformation(),
+        grid: source.geoid.clone(),
     }
 }
 

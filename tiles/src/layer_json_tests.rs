@@ -40,6 +40,7 @@ fn it_has_every_key_that_clients_demand() {
             "tiles": ["{z}/{x}/{y}.terrain?v={version}"],
             "minzoom": 0, "maxzoom": 2, "bounds": [-123.5, 48.0, -122.25, 49.0],
             "extensions": ["octvertexnormals"], "attribution": "a.tif",
+            "vertical": {"sourceDatum": "unspecified", "targetDatum": "unspecified", "transformation": "none"},
             "available": [
                 [range([0, 0, 1, 0])],
                 [range([0, 1, 0, 1])],
@@ -68,6 +69,21 @@ fn bounds_across_the_antimeridian_stay_on_the_map() {
         ..metadata()
     };
     assert_eq!(document(&metadata)["bounds"], json!([-180.0, -18.0, 180.0, -16.0]));
+}
+
+#[test]
+fn it_says_what_heights_are_above_and_what_made_them_so() {
+    let mut metadata = metadata();
+    metadata.source.vertical_datum = "EGM96".to_owned();
+    metadata.source.heights_above = "WGS 84 ellipsoid".to_owned();
+    metadata.source.geoid = Some("egm96_15.gtx".to_owned());
+    assert_eq!(
+        document(&metadata)["vertical"],
+        json!({
+            "sourceDatum": "EGM96", "targetDatum": "WGS 84 ellipsoid", "grid": "egm96_15.gtx",
+            "transformation": "the height of the geoid above the ellipsoid added, bilinear in egm96_15.gtx",
+        })
+    );
 }
 
 #[test]

@@ -54,6 +54,70 @@ pub struct Asked {
     /// What heights were to be above.
     #[serde(default)]
     pub vertical: Vertical,
+    /// How samples were read.
+    #[serde(default)]
+    pub reading: Reading,
+}
+
+/// How samples are read, where it is not as rasters say of themselves.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// Metres in a unit of the rasters' heights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<f64>,
+    /// Stored values that stand for voids, besides those that rasters declare; where none are given, they are looked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodata: Option<Vec<f64>>,
+    /// Heights in metres of the least and the greatest value that a height map can store.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_range: Option<[f64; 2]>,
+    /// Metres from sample to sample of ground that is nowhere on the Earth, across and down.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixel_size: Option<[f64; 2]>,
+    /// Which reader is used, whatever the file's name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reader: Option<RasterReader>,
+    /// Whether raw height maps have the most significant byte first.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub big_endian: bool,
+    /// Whether virtual rasters are read, and the files that they name.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub allow_vrt: bool,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+impl Reading {
+    /// The same, and what `other` says where this says nothing.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            unit: self.unit.or(other.unit),
+            nodata: self.nodata.or(other.nodata),
+            height_range: self.height_range.or(other.height_range),
+            pixel_size: self.pixel_size.or(other.pixel_size),
+            reader: self.reader.or(other.reader),
+            big_endian: self.big_endian || other.big_endian,
+            allow_vrt: self.allow_vrt || other.allow_vrt,
+        }
+    }
+}
+
+/// A reader of rasters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RasterReader {
+    /// The library GDAL, which knows most formats.
+    Gdal,
+    /// One for GeoTIFF alone, which looks at no other file.
+    Tiff,
+    /// One for OpenEXR.
+    Exr,
+    /// One for samples of 16 bits without a header.
+    Raw,
 }
 
 /// What heights are to be above, and what is used instead of what rasters say of theirs.
@@ -95,6 +159,27 @@ pub struct Source {
     pub geoid: Option<String>,
     /// Samples from west to east and from north to south.
     pub samples: [usize; 2],
+}
+
+impl Source {
+    /// What the heights of tiles are above.
+    #[must_use]
+    pub fn tiles_above(&self) -> &str {
+        if self.heights_above.is_empty() {
+            &self.vertical_datum
+        } else {
+            &self.heights_above
+        }
+    }
+
+    /// How heights of the rasters became those of tiles, in words.
+    #[must_use]
+    pub fn vertical_transformation(&self) -> String {
+        match &self.geoid {
+            Some(grid) => format!("the height of the geoid above the ellipsoid added, bilinear in {grid}"),
+            None => "none".to_owned(),
+        }
+    }
 }
 
 /// The tiles of one zoom.

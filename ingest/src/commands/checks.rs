@@ -11,9 +11,9 @@ use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
 use terrain_ingest::{curved_model, polygonal_model, verify};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::metadata::{HeightsAbove, Metadata, Vertical};
+use terrain_tiles::metadata::{Metadata, Vertical};
 
-use super::shared::{blamed, bound_name, has_extension, memory, open, overrides, prepare, print};
+use super::shared::{blamed, bound_name, has_extension, local_overrides, memory, open, overrides, prepare, print};
 use crate::cli::{InfoArgs, RasterArgs, VerifyArgs};
 use crate::failure::Failure;
 
@@ -23,7 +23,7 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
     let memory = memory(&arguments.run);
-    let overrides = overrides_of(&arguments.subject, arguments.raster)?;
+    let overrides = overrides_of(&arguments.subject, arguments.raster, arguments.local.pixel_size)?;
     let rasters = open(&arguments.dems, overrides, &progress)?;
     let work = tempfile::tempdir()
         .context("a folder for samples")
@@ -56,18 +56,24 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
     if holds { Ok(()) } else { Err(Failure::Violation) }
 }
 
-/// The same for an archive to verify, which says what its heights are above.
-fn overrides_of(subject: &Path, raster: RasterArgs) -> Result<Overrides, Failure> {
+/// The same for an archive to verify, which says how its rasters were read.
+fn overrides_of(subject: &Path, raster: RasterArgs, pixel_size: Option<[f64; 2]>) -> Result<Overrides, Failure> {
     if has_extension(subject, &["ply", "obj"]) {
-        return Ok(overrides(raster, HeightsAbove::Source));
+        return Ok(local_overrides(raster, pixel_size));
     }
     let archive = Reader::open(subject).map_err(|error| Failure::Input(error.into()))?;
-    let asked = archive.metadata().asked.vertical.clone();
-    let mut overrides = overrides(raster, asked.heights);
-    let Vertical { datum, geoid, .. } = &mut overrides.vertical;
-    *datum = datum.take().or(asked.datum);
-    *geoid = geoid.take().or(asked.geoid);
-    Ok(overrides)
+    let asked = archive.metadata().asked.clone();
+    let said = overrides(raster, asked.vertical.heights);
+    Ok(Overrides {
+        crs: said.crs.or(asked.crs),
+        bounds: said.bounds.or(asked.bounds),
+        vertical: Vertical {
+            heights: said.vertical.heights,
+            datum: said.vertical.datum.or(asked.vertical.datum),
+            geoid: said.vertical.geoid.or(asked.vertical.geoid),
+        },
+        reading: said.reading.or(asked.reading),
+    })
 }
 
 pub(super) fn info(arguments: &InfoArgs) -> Result<(), Failure> {
@@ -102,9 +108,8 @@ impl Display for Info<'_> {
             source.samples[0], source.samples[1], source.crs
         )?;
         writeln!(f, "vertical datum  {}", source.vertical_datum)?;
-        if let Some(geoid) = &source.geoid {
-            writeln!(f, "tiles above     {}, by {geoid}", source.heights_above)?;
-        }
+        writeln!(f, "tiles above     {}", source.tiles_above())?;
+        writeln!(f, "transformation  {}", source.vertical_transformation())?;
         writeln!(f, "scheme          {}", metadata.scheme)?;
         writeln!(
             f,

@@ -6,8 +6,9 @@ use std::time::Instant;
 use anyhow::anyhow;
 use serde::Serialize;
 use terrain_ingest::{curved_model, curved_terrain, polygonal_model, tin};
+use terrain_tiles::metadata::HeightsAbove;
 
-use super::shared::{blamed, check_output, has_extension, prepare, print_finished, read};
+use super::shared::{blamed, check_output, has_extension, local_overrides, overrides, prepare, print_finished, read};
 use crate::cli::{ClodArgs, MeshArgs, TinArgs};
 use crate::failure::Failure;
 
@@ -19,7 +20,8 @@ pub(super) fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{output}: meshes are written as .ply or .obj")));
     }
     let progress = prepare(&arguments.run)?;
-    let grid = read(&arguments.dems, arguments.raster, &progress)?;
+    let overrides = local_overrides(arguments.raster, arguments.local.pixel_size);
+    let grid = read(&arguments.dems, overrides, &progress)?;
     let options = tin::Options {
         max_error: arguments.max_error,
         bound: arguments.surface.bound.into(),
@@ -70,7 +72,8 @@ pub(super) fn curve(arguments: ClodArgs) -> Result<(), Failure> {
         let name = arguments.input.display();
         Failure::Input(anyhow!("{name}: a surface of a raster needs --max-error METRES"))
     })?;
-    let grid = read(&[arguments.input], arguments.raster, &progress)?;
+    let overrides = overrides(arguments.raster, HeightsAbove::Source);
+    let grid = read(&[arguments.input], overrides, &progress)?;
     let on_lattice = max_error * (1.0 - curved_model::LATTICE_SHARE);
     let (levels, report) = curved_terrain::run(&grid, on_lattice, &progress).map_err(Failure::Other)?;
     let options = curved_model::Options {

@@ -1,6 +1,7 @@
 //! What commands have in common: arguments become options, rasters are opened, reports printed.
 
 use std::fmt::{self, Display};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,9 +14,9 @@ use terrain_ingest::samples::Overrides;
 use terrain_ingest::{
     HeightGrid, Progress, ReadOptions, curved_model, peak_memory, polygonal_model, quarter_of_memory, raster,
 };
-use terrain_tiles::metadata::{HeightsAbove, Vertical};
+use terrain_tiles::metadata::{HeightsAbove, RasterReader, Reading, Vertical};
 
-use crate::cli::{Bound, Quality, RasterArgs, RunArgs};
+use crate::cli::{Bound, ByteOrder, Quality, RasterArgs, RunArgs, Values};
 use crate::failure::Failure;
 
 /// A fault of a model is one of the input.
@@ -55,7 +56,51 @@ pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides 
             datum: raster.vertical,
             geoid: raster.geoid.map(|path| path.display().to_string()),
         },
+        reading: Reading {
+            unit: raster.unit,
+            nodata: raster.nodata.map(|Values(values)| values),
+            height_range: raster.height_range.map(|range| [range[0], range[1]]),
+            pixel_size: None,
+            reader: raster.reader.map(RasterReader::from),
+            big_endian: matches!(raster.byte_order, ByteOrder::Big),
+            allow_vrt: raster.allow_vrt,
+        },
     }
+}
+
+/// The same for a mesh, which may be of ground that is nowhere on the Earth and has the rasters' heights.
+pub(super) fn local_overrides(raster: RasterArgs, pixel_size: Option<[f64; 2]>) -> Overrides {
+    let mut overrides = overrides(raster, HeightsAbove::Source);
+    overrides.reading.pixel_size = pixel_size;
+    overrides
+}
+
+/// Folders become the rasters in them, by their names, in order.
+fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = Vec::new();
+    for path in named {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let unreadable = |error: io::Error| Failure::Input(anyhow!("{}: cannot be read: {error}", path.display()));
+        let entries = fs::read_dir(path)
+            .and_then(Iterator::collect::<io::Result<Vec<_>>>)
+            .map_err(unreadable)?;
+        let inside = entries.into_iter().map(|entry| entry.path());
+        let mut rasters: Vec<PathBuf> = inside
+            .filter(|path| path.is_file() && raster::is_raster(path))
+            .collect();
+        if rasters.is_empty() {
+            return Err(Failure::Input(anyhow!(
+                "{}: no file in this folder is a raster by its name",
+                path.display()
+            )));
+        }
+        rasters.sort();
+        files.extend(rasters);
+    }
+    Ok(files)
 }
 
 pub(super) fn read_options(overrides: Overrides, progress: &Progress) -> ReadOptions {
@@ -72,11 +117,11 @@ pub(super) fn memory(run: &RunArgs) -> u64 {
 }
 
 pub(super) fn open(dems: &[PathBuf], overrides: Overrides, progress: &Progress) -> Result<Rasters, Failure> {
-    Rasters::open(dems, &read_options(overrides, progress)).map_err(|error| Failure::Input(error.into()))
+    Rasters::open(&files(dems)?, &read_options(overrides, progress)).map_err(|error| Failure::Input(error.into()))
 }
 
-pub(super) fn read(dems: &[PathBuf], raster: RasterArgs, progress: &Progress) -> Result<HeightGrid, Failure> {
-    let grid = raster::read(dems, &read_options(overrides(raster, HeightsAbove::Source), progress))
+pub(super) fn read(dems: &[PathBuf], overrides: Overrides, progress: &Progress) -> Result<HeightGrid, Failure> {
+    let grid = raster::read(&files(dems)?, &read_options(overrides, progress))
         .map_err(|error| Failure::Input(error.into()))?;
     if !grid.has_surface() {
         let first = dems[0].display();

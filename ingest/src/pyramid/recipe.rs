@@ -111,6 +111,7 @@ pub(crate) fn asked(options: &Options, overrides: &Overrides) -> Asked {
         crs: overrides.crs.clone(),
         bounds: overrides.bounds,
         vertical: overrides.vertical.clone(),
+        reading: overrides.reading.clone(),
     }
 }
 

@@ -30,6 +30,12 @@ pub(super) fn vertical_datum(reference: &SpatialRef) -> Option<String> {
     }
 }
 
+/// Metres in the unit of the vertical coordinate reference system that comes with `reference`, if one does.
+pub(super) fn vertical_unit(reference: &SpatialRef) -> Option<f64> {
+    let factor = reference.get_attr_value("VERT_CS|UNIT", 1).ok().flatten()?;
+    factor.parse().ok().filter(|&metres| metres > 0.0)
+}
+
 /// Whether x is a longitude in degrees.
 pub(super) fn is_in_degrees(reference: &SpatialRef) -> bool {
     reference.is_geographic() && (reference.angular_units().to_degrees() - 1.0).abs() < 1e-12

@@ -1,12 +1,13 @@
 //! Which of GDAL's drivers may open a file.
 
-use std::sync::Once;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use gdal::DriverManager;
 
 /// Formats of elevation data whose drivers read the named file and its plain side files, nothing else. VRT and its
 /// like are left out on purpose: they name other files and addresses.
-const DRIVERS: [&str; 21] = [
+pub(super) const DRIVERS: [&str; 21] = [
     "AAIGrid",
     "AIG",
     "BAG",
@@ -29,21 +30,40 @@ const DRIVERS: [&str; 21] = [
     "USGSDEM",
     "XYZ",
 ];
+/// The driver of virtual rasters, for whoever asks for it.
+pub(super) const VIRTUAL: &str = "VRT";
+/// How names of rasters end that are looked for in a folder or an archive, in small letters.
+const ENDINGS: [&str; 22] = [
+    "asc", "bag", "bil", "bt", "dem", "dt0", "dt1", "dt2", "flt", "grb", "grb2", "grd", "gtx", "gxf", "hgt", "img",
+    "jp2", "nc", "tif", "tiff", "xyz", "zip",
+];
 /// Megabytes of unpacked blocks that GDAL may keep, all files together.
 const BLOCK_CACHE: &str = "32";
 
-/// Once a process: GDAL keeps its messages to itself (they come back as errors), and forgets all drivers but ours.
-pub(super) fn prepare_gdal() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        gdal::config::set_error_handler(|_, _, _| {});
-        // Blocks are read once and in order: more would only be memory.
-        let _ = gdal::config::set_config_option("GDAL_CACHEMAX", BLOCK_CACHE);
-        DriverManager::prevent_auto_registration();
-        DriverManager::register_all();
-        let unwanted: Vec<_> = DriverManager::all()
-            .filter(|driver| !DRIVERS.contains(&driver.short_name().as_str()))
-            .collect();
-        unwanted.iter().for_each(DriverManager::deregister_driver);
-    });
+/// Whether a file looks like a raster, by its name.
+#[must_use]
+pub fn is_raster(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    extension.to_str().is_some_and(|extension| ENDINGS.contains(&extension))
+}
+
+/// GDAL keeps its messages to itself (they come back as errors), and forgets all drivers but ours; that of virtual rasters, too, as
+/// long as nobody asked for it.
+pub(super) fn prepare_gdal(with_virtual: bool) {
+    static HAS_VIRTUAL: Mutex<Option<bool>> = Mutex::new(None);
+    let mut has_virtual = HAS_VIRTUAL.lock().unwrap_or_else(PoisonError::into_inner);
+    if has_virtual.is_some_and(|has| has || !with_virtual) {
+        return;
+    }
+    gdal::config::set_error_handler(|_, _, _| {});
+    // Blocks are read once and in order: more would only be memory.
+    let _ = gdal::config::set_config_option("GDAL_CACHEMAX", BLOCK_CACHE);
+    DriverManager::prevent_auto_registration();
+    DriverManager::register_all();
+    let is_wanted = |name: &str| DRIVERS.contains(&name) || with_virtual && name == VIRTUAL;
+    let unwanted: Vec<_> = DriverManager::all()
+        .filter(|driver| !is_wanted(&driver.short_name()))
+        .collect();
+    unwanted.iter().for_each(DriverManager::deregister_driver);
+    *has_virtual = Some(with_virtual);
 }

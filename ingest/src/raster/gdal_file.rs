@@ -1,36 +1,45 @@
 //! Rasters that GDAL opens, read window by window.
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use gdal::raster::RasterBand;
-use gdal::spatial_ref::SpatialRef;
+use gdal::raster::{GdalDataType, RasterBand};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
-use super::drivers::prepare_gdal;
-use super::layout::Layout;
-use super::vertical::HeightReference;
-use super::{ReadError, ReadOptions, crs, placement, units};
-use crate::progress::Progress;
+use super::drivers::{DRIVERS, VIRTUAL, prepare_gdal};
+use super::reader::{Found, Reader};
+use super::zip::in_zip;
+use super::{ReadError, ReadOptions, placement};
 
 /// Tags in which files say what their heights are above.
 const TAGS: [&str; 2] = ["VERTICAL_DATUM", "vertical_datum"];
-/// A raster, band 1: what is known of it before any sample is read. Each window is read through a handle of its own, so
-/// that several can be read at once.
+
+/// A raster, band 1. Each window is read through a handle of its own, so that several can be read at once.
 pub(super) struct GdalFile {
-    layout: Layout,
-    /// Samples of a block that is stored as one.
-    block: [usize; 2],
-    /// Metres = stored value × `scale` + `offset`.
-    scale: f64,
-    offset: f64,
+    path: PathBuf,
+    /// What GDAL opens: the same, or what is in it if it is an archive.
+    opened: PathBuf,
+    allow_virtual: bool,
 }
 
 impl GdalFile {
-    pub(super) fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
-        prepare_gdal();
+    pub(super) fn open(path: &Path, options: &ReadOptions) -> Result<Found, ReadError> {
+        let allow_virtual = options.overrides.reading.allow_vrt;
+        prepare_gdal(allow_virtual);
+        let is_virtual = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("vrt"));
+        if is_virtual && !allow_virtual {
+            let reason = "virtual rasters name other files, which are read only if --allow-vrt is given";
+            return Err(ReadError::unreadable(path, reason));
+        }
         let unreadable = |error| ReadError::gdal(path, error);
-        let dataset = open(path).map_err(unreadable)?;
+        let reader = Self {
+            path: path.to_owned(),
+            opened: in_zip(path)?,
+            allow_virtual,
+        };
+        let dataset = reader.dataset().map_err(unreadable)?;
         if dataset.raster_count() == 0 {
             return Err(ReadError::unreadable(
                 path,
@@ -38,61 +47,70 @@ impl GdalFile {
             ));
         }
         let (columns, rows) = dataset.raster_size();
-        placement::check_size(path, columns, rows, options.limits.samples)?;
         let band = dataset.rasterband(1).map_err(unreadable)?;
         check_block(path, &band, options)?;
-        let (scale, offset) = to_metres(path, &band, &options.progress);
         let (width, height) = band.block_size();
-        Ok(Self {
-            layout: layout(path, &dataset, options)?,
+        let greatest = greatest(band.band_type());
+        Ok(Found {
+            size: [columns, rows],
             block: [width.max(1), height.max(1)],
-            scale,
-            offset,
+            crs: dataset.spatial_ref().ok(),
+            to_crs: dataset.geo_transform().ok().map(placement::from_corner_based),
+            datum: TAGS.iter().find_map(|tag| dataset.metadata_item(tag, "")),
+            scale: band.scale().unwrap_or(1.0),
+            offset: band.offset().unwrap_or(0.0),
+            unit: band.unit(),
+            greatest,
+            reader: Box::new(reader),
         })
     }
 
-    pub(super) fn layout(&self) -> &Layout {
-        &self.layout
+    fn dataset(&self) -> gdal::errors::Result<Dataset> {
+        let drivers: Vec<&str> = DRIVERS
+            .into_iter()
+            .chain(self.allow_virtual.then_some(VIRTUAL))
+            .collect();
+        let flags = DatasetOptions {
+            open_flags: GdalOpenFlags::GDAL_OF_READONLY | GdalOpenFlags::GDAL_OF_RASTER,
+            allowed_drivers: Some(&drivers),
+            ..DatasetOptions::default()
+        };
+        Dataset::open_ex(&self.opened, flags)
     }
 
-    pub(super) fn block(&self) -> [usize; 2] {
-        self.block
-    }
-
-    /// Metres of a rectangle of samples, row by row; NaN where void.
-    pub(super) fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
-        self.read_metres(columns, rows)
-            .map_err(|error| ReadError::gdal(&self.layout.path, error))
-    }
-
-    fn read_metres(&self, columns: Range<usize>, rows: Range<usize>) -> gdal::errors::Result<Vec<f64>> {
-        let dataset = open(&self.layout.path)?;
+    fn values(&self, columns: &Range<usize>, rows: &Range<usize>) -> gdal::errors::Result<Vec<f64>> {
+        let dataset = self.dataset()?;
         let band = dataset.rasterband(1)?;
         let (first, size) = (
             (columns.start as isize, rows.start as isize),
             (columns.len(), rows.len()),
         );
-        let (_, mut metres) = band.read_as::<f64>(first, size, size, None)?.into_shape_and_vec();
-        for value in &mut metres {
-            *value = *value * self.scale + self.offset;
-        }
+        let (_, mut values) = band.read_as::<f64>(first, size, size, None)?.into_shape_and_vec();
         if !band.mask_flags()?.is_all_valid() {
             let mask = band.open_mask_band()?.read_as::<u8>(first, size, size, None)?;
             let (_, valid) = mask.into_shape_and_vec();
-            for (value, _) in metres.iter_mut().zip(valid).filter(|&(_, valid)| valid == 0) {
+            for (value, _) in values.iter_mut().zip(valid).filter(|&(_, valid)| valid == 0) {
                 *value = f64::NAN;
             }
         }
-        Ok(metres)
+        Ok(values)
     }
 }
 
-fn open(path: &Path) -> gdal::errors::Result<Dataset> {
-    let flags = DatasetOptions {
-        open_flags: GdalOpenFlags::GDAL_OF_READONLY | GdalOpenFlags::GDAL_OF_RASTER,
-        ..DatasetOptions::default()
-    };
-    Dataset::open_ex(path, flags)
+impl Reader for GdalFile {
+    fn stored(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
+        let values = self.values(&columns, &rows);
+        values.map_err(|error| ReadError::gdal(&self.path, error))
+    }
+}
+
+/// The greatest value of a type, 1 for numbers with a fraction.
+fn greatest(kind: GdalDataType) -> f64 {
+    match f64::from(kind.bits()) {
+        _ if kind.is_floating() => 1.0,
+        bits if kind.is_signed() => (bits - 1.0).exp2() - 1.0,
+        bits => bits.exp2() - 1.0,
+    }
 }
 
 fn check_block(path: &Path, band: &RasterBand, options: &ReadOptions) -> Result<(), ReadError> {
@@ -108,50 +126,4 @@ fn check_block(path: &Path, band: &RasterBand, options: &ReadOptions) -> Result<
         });
     }
     Ok(())
-}
-
-/// Scale and offset from stored values to metres: the band's own, then its unit.
-fn to_metres(path: &Path, band: &RasterBand, progress: &Progress) -> (f64, f64) {
-    let unit = band.unit();
-    let metres = units::metres_in(&unit).unwrap_or_else(|| {
-        progress.note(&format!(
-            "{}: unit `{unit}` is not known, heights are taken for metres",
-            path.display()
-        ));
-        1.0
-    });
-    (
-        band.scale().unwrap_or(1.0) * metres,
-        band.offset().unwrap_or(0.0) * metres,
-    )
-}
-
-fn layout(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<Layout, ReadError> {
-    let (columns, rows) = dataset.raster_size();
-    let reference = reference(path, dataset, options)?;
-    let to_crs = match options.overrides.bounds {
-        Some(bounds) => placement::from_bounds(bounds, columns, rows)?,
-        None => {
-            let transform = dataset
-                .geo_transform()
-                .map_err(|_| ReadError::NoPosition(path.to_owned()))?;
-            placement::from_corner_based(transform)
-        }
-    };
-    // What a user says of places need not say anything of heights.
-    let own = || dataset.spatial_ref().ok().as_ref().and_then(crs::vertical_datum);
-    let heights = HeightReference::of_file(
-        path,
-        crs::vertical_datum(&reference).or_else(own),
-        TAGS.iter().find_map(|tag| dataset.metadata_item(tag, "")),
-        &options.overrides.vertical,
-    )?;
-    Layout::new(path, (columns, rows), to_crs, &reference, heights)
-}
-
-fn reference(path: &Path, dataset: &Dataset, options: &ReadOptions) -> Result<SpatialRef, ReadError> {
-    match &options.overrides.crs {
-        Some(definition) => crs::from_user(definition),
-        None => dataset.spatial_ref().map_err(|_| ReadError::NoCrs(path.to_owned())),
-    }
 }

@@ -11,7 +11,7 @@ use super::error::ReadError;
 use super::remark::remark;
 use crate::georeference::{Crs, GeoReference};
 use crate::progress::Progress;
-use crate::samples::{Extremes, Provenance, Raster, Rectangle};
+use crate::samples::{Extremes, Faults, Provenance, Raster, Rectangle};
 
 /// All that is known of rasters on one lattice but their samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,9 +90,9 @@ impl Raster for RecordedRaster {
         self.record.provenance.clone()
     }
 
-    fn remark(&self, extremes: Option<Extremes>, wild: &[usize]) -> Result<(), ReadError> {
+    fn remark(&self, extremes: Option<Extremes>, faults: &[Faults]) -> Result<(), ReadError> {
         let paths: Vec<&Path> = self.record.paths.iter().map(PathBuf::as_path).collect();
-        remark(&paths, extremes, wild, &self.progress)
+        remark(&paths, extremes, faults, &self.progress)
     }
 
     fn stamps(&self) -> Vec<String> {

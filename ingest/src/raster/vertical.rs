@@ -11,7 +11,6 @@ mod datum;
 mod geoid;
 mod product;
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -20,12 +19,11 @@ use glam::DVec2;
 use terrain_tiles::metadata::{HeightsAbove, Vertical};
 
 pub(crate) use datum::UNSPECIFIED;
-use datum::{Datum, ELLIPSOID};
+use datum::{Datum, ELLIPSOID, Frame};
 use geoid::Geoid;
 
 use super::ReadError;
 use crate::georeference::GeoReference;
-use crate::progress::Progress;
 
 /// Samples along the side of a block in which the undulation is bilinear, if that is close enough.
 const BLOCK: i64 = 16;
@@ -70,8 +68,9 @@ impl HeightReference {
             (Datum::Ellipsoid, _) => format!("heights are above the ellipsoid ({why})"),
             (datum, grid) => {
                 let geoid = reference.geoid.insert(Geoid::open(path, datum, grid.as_deref())?);
+                let whose = datum.frame().map(Frame::remark).unwrap_or_default();
                 format!(
-                    "heights above {datum} ({why}) become heights above the ellipsoid by {}",
+                    "heights above {datum} ({why}) become heights above the ellipsoid{whose} by {}",
                     geoid.name()
                 )
             }
@@ -91,10 +90,16 @@ impl HeightReference {
 
     /// What the heights are above as they are read.
     pub(super) fn heights_above(&self) -> String {
-        match self.geoid {
-            Some(_) => ELLIPSOID.to_owned(),
-            None => self.datum(),
+        match (&self.geoid, self.datum.frame()) {
+            (Some(_), Some(frame)) => format!("ellipsoid of {}", frame.name),
+            (Some(_), None) => ELLIPSOID.to_owned(),
+            (None, _) => self.datum(),
         }
+    }
+
+    /// What the person is told of it.
+    pub(super) fn remark(&self) -> Option<&str> {
+        self.remark.as_deref()
     }
 
     /// Makes metres of a rectangle of samples, row by row, metres above the ellipsoid. Columns and rows are those of
@@ -138,25 +143,17 @@ impl HeightReference {
     }
 }
 
-fn columns_in(range: &Range<i64>) -> usize {
-    (range.end - range.start) as usize
+/// Metres of a geoid above the ellipsoid by the grid in a file, at longitudes and latitudes in degrees; none where it does not reach.
+///
+/// # Errors
+/// When the grid cannot be read.
+pub fn undulations(grid: &Path, places: &[DVec2]) -> Result<Vec<Option<f64>>, ReadError> {
+    let geoid = Geoid::open(grid, &Datum::Unspecified, Some(&grid.display().to_string()))?;
+    Ok(places.iter().map(|&place| geoid.undulation(place)).collect())
 }
 
-/// Tells the person what was taken for the heights of files, once for all of which the same is said.
-pub(super) fn tell<'a>(files: impl Iterator<Item = (&'a Path, &'a HeightReference)>, progress: &Progress) {
-    let mut told: BTreeMap<&str, Vec<&Path>> = BTreeMap::new();
-    for (path, reference) in files {
-        if let Some(remark) = &reference.remark {
-            told.entry(remark).or_default().push(path);
-        }
-    }
-    for (remark, paths) in told {
-        let first = paths[0].display();
-        match paths.len() - 1 {
-            0 => progress.note(&format!("{first}: {remark}")),
-            others => progress.note(&format!("{first} and {others} more: {remark}")),
-        }
-    }
+fn columns_in(range: &Range<i64>) -> usize {
+    (range.end - range.start) as usize
 }
 
 /// A rectangle cut where blocks begin.

@@ -1,7 +1,7 @@
 // The panel over the view: settings in, figures out.
 
 import type { Stats } from "./terrain_layer.ts";
-import type { Tileset } from "./tileset.ts";
+import { heightsAbove, type Tileset } from "./tileset.ts";
 import type { Viewer } from "./viewer.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · F: fly · X: wireframe · R: reset";
@@ -43,9 +43,12 @@ export function offer(tilesets: readonly Tileset[], open: (tileset: Tileset) => 
   select.hidden = tilesets.length < 2;
   element("name", HTMLElement).hidden = !select.hidden;
   setText("name", tilesets[0]?.name ?? "");
+  const showHeights = (tileset?: Tileset) => setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
+  showHeights(tilesets[0]);
   select.addEventListener("change", () => {
     const chosen = tilesets[select.selectedIndex];
     select.blur();
+    showHeights(chosen);
     if (chosen !== undefined) open(chosen);
   });
 }

@@ -20,6 +20,11 @@ export interface Metadata {
   readonly heights: readonly [number, number];
   readonly max_zoom: number;
   readonly zooms: readonly Zoom[];
+  readonly source?: {
+    readonly vertical_datum?: string;
+    readonly heights_above?: string;
+    readonly geoid?: string | null;
+  };
 }
 
 /** One archive of the server. */
@@ -39,6 +44,14 @@ export async function listTilesets(): Promise<Tileset[]> {
   });
   if (!Array.isArray(listed) || listed.length === 0) throw new Error("The terrain server has no tileset to show.");
   return listed.map(checked);
+}
+
+/** What the heights of a tileset are above, and what made them so, in a line. */
+export function heightsAbove({ source }: Metadata): string {
+  const datum = source?.vertical_datum || "unspecified";
+  const above = source?.heights_above || datum;
+  const grid = source?.geoid ? ` by ${source.geoid}` : "";
+  return above === datum ? `Heights above: ${above}` : `Heights above: ${above}, from ${datum}${grid}`;
 }
 
 /** URL of a tile of an archive, relative to the page. */

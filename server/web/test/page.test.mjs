@@ -95,6 +95,14 @@ test("the panel says what is drawn", async () => {
   assert.ok(await page.isHidden("#message"));
 });
 
+test("the panel says what heights are above", async () => {
+  const [{ metadata }] = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json()));
+  const text = await page.textContent("#heights");
+  const { heights_above: above, vertical_datum: datum, geoid } = metadata.source;
+  assert.ok(text.startsWith(`Heights above: ${above || datum}`), text);
+  assert.ok(!geoid || text.endsWith(`from ${datum} by ${geoid}`), text);
+});
+
 test("less error on the screen means more triangles and a smaller certified error", async () => {
   await page.evaluate(() => window.terrain.setMaxPixels(8));
   const coarse = await settledStats();

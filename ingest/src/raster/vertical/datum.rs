@@ -29,7 +29,38 @@ pub(super) struct Model {
     aliases: &'static [&'static str],
     /// Names of grids, the first of which is the one to get.
     pub(super) grids: &'static [&'static str],
+    /// Whose ellipsoid the grids are above; none where it is that of WGS 84.
+    frame: Option<&'static Frame>,
 }
+
+/// A national or continental reference frame with an ellipsoid of its own, which is that of WGS 84 at another place.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Frame {
+    pub(super) name: &'static str,
+    /// How far heights above it are from heights above that of WGS 84.
+    apart: &'static str,
+}
+
+impl Frame {
+    /// To be said behind "the ellipsoid".
+    pub(super) fn remark(&self) -> String {
+        format!(" of {} ({} from that of WGS 84)", self.name, self.apart)
+    }
+}
+
+/// North America's was put 2 m beside the Earth's centre; plates of the others move, but level.
+const NAD83: Frame = Frame {
+    name: "NAD83",
+    apart: "up to 2 m",
+};
+const ETRS89: Frame = Frame {
+    name: "ETRS89",
+    apart: "less than 0.2 m",
+};
+const NZGD2000: Frame = Frame {
+    name: "NZGD2000",
+    apart: "less than 0.2 m",
+};
 
 pub(super) const MODELS: [Model; 9] = [
     Model {
@@ -37,54 +68,63 @@ pub(super) const MODELS: [Model; 9] = [
         code: 5773,
         aliases: &["egm96", "egm1996"],
         grids: &["us_nga_egm96_15.tif", "egm96_15.gtx"],
+        frame: None,
     },
     Model {
         name: "EGM2008",
         code: 3855,
         aliases: &["egm2008", "egm08"],
         grids: &["us_nga_egm08_25.tif", "egm08_25.gtx"],
+        frame: None,
     },
     Model {
         name: "EGM84",
         code: 5798,
         aliases: &["egm84", "egm1984"],
         grids: &["us_nga_egm84_30.tif"],
+        frame: None,
     },
     Model {
         name: "NAVD88",
         code: 5703,
         aliases: &["navd88", "northamericanverticaldatum1988"],
         grids: &["us_noaa_g2018u0.tif", "g2018u0.gtx"],
+        frame: Some(&NAD83),
     },
     Model {
         name: "CGVD2013",
         code: 6647,
         aliases: &["cgvd2013"],
         grids: &["ca_nrc_CGG2013n83.tif"],
+        frame: Some(&NAD83),
     },
     Model {
         name: "DHHN2016",
         code: 7837,
         aliases: &["dhhn2016"],
         grids: &["de_bkg_gcg2016.tif"],
+        frame: Some(&ETRS89),
     },
     Model {
         name: "LN02",
         code: 5728,
         aliases: &["ln02"],
         grids: &["ch_swisstopo_chgeo2004_ETRS89_LN02.tif"],
+        frame: Some(&ETRS89),
     },
     Model {
         name: "NAP",
         code: 5709,
         aliases: &["nap", "amsterdamordnance"],
         grids: &["nl_nsgi_nlgeo2018.tif"],
+        frame: Some(&ETRS89),
     },
     Model {
         name: "NZVD2016",
         code: 7839,
         aliases: &["nzvd2016", "newzealandverticaldatum2016"],
         grids: &["nz_linz_nzgeoid2016.tif"],
+        frame: Some(&NZGD2000),
     },
 ];
 
@@ -97,6 +137,14 @@ impl Datum {
         match Self::named(name) {
             Self::Named(_) | Self::Unspecified => Err(ReadError::UnknownDatum(name.to_owned())),
             known => Ok(known),
+        }
+    }
+
+    /// Whose ellipsoid its grids are above; none where it is that of WGS 84, or not known.
+    pub(super) fn frame(&self) -> Option<&'static Frame> {
+        match self {
+            Self::Model(model) => model.frame,
+            _ => None,
         }
     }
 

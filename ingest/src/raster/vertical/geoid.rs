@@ -57,7 +57,7 @@ impl Geoid {
     }
 
     fn read(path: &Path) -> Result<Self, ReadError> {
-        prepare_gdal();
+        prepare_gdal(false);
         let unreadable = |error| ReadError::gdal(path, error);
         std::fs::metadata(path).map_err(|error| ReadError::unreadable(path, error))?;
         let dataset = Dataset::open(path).map_err(unreadable)?;

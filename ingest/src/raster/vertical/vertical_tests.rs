@@ -89,6 +89,32 @@ fn names_that_mean_nothing_and_grids_that_are_not_here_are_refused() {
 }
 
 #[test]
+fn heights_above_a_national_datum_become_those_above_its_own_ellipsoid_and_that_is_said() {
+    let folder = TempDir::new().unwrap();
+    for (name, above, apart) in [
+        (
+            "USGS_13_n50w123.tif",
+            "ellipsoid of NAD83",
+            "up to 2 m from that of WGS 84",
+        ),
+        (
+            "swissalti3d_2019_2600-1199.tif",
+            "ellipsoid of ETRS89",
+            "less than 0.2 m",
+        ),
+        ("N43E007.hgt", ELLIPSOID, "become heights above the ellipsoid by"),
+    ] {
+        let asked = Vertical {
+            geoid: Some(grid(folder.path())),
+            ..above_ellipsoid()
+        };
+        let reference = reference(name, None, asked).unwrap();
+        assert_eq!(reference.heights_above(), above);
+        assert!(reference.remark().unwrap().contains(apart), "{:?}", reference.remark());
+    }
+}
+
+#[test]
 fn what_nothing_is_known_of_and_what_is_above_the_ellipsoid_stays() {
     for (name, heights) in [("a.tif", UNSPECIFIED), ("TDM1_DEM__30_N43E007.tif", ELLIPSOID)] {
         let reference = reference(name, None, above_ellipsoid()).unwrap();

@@ -1,0 +1,35 @@
+//! What readers of files have in common.
+
+use std::ops::Range;
+
+use gdal::spatial_ref::SpatialRef;
+use glam::DAffine2;
+
+use super::ReadError;
+
+/// Reads what a file stores.
+pub(super) trait Reader: Send + Sync {
+    /// Values of a rectangle, row by row; NaN where the file says that there is none.
+    fn stored(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError>;
+}
+
+/// What a reader finds in a file before its samples.
+pub(super) struct Found {
+    pub(super) reader: Box<dyn Reader>,
+    /// Columns and rows.
+    pub(super) size: [usize; 2],
+    /// Samples of a block that is stored as one, across and down.
+    pub(super) block: [usize; 2],
+    pub(super) crs: Option<SpatialRef>,
+    /// Grid coordinates (integers at samples) to coordinates of the reference system.
+    pub(super) to_crs: Option<DAffine2>,
+    /// What heights are above by a tag.
+    pub(super) datum: Option<String>,
+    /// Height in `unit` = stored value × `scale` + `offset`.
+    pub(super) scale: f64,
+    pub(super) offset: f64,
+    /// Name of the unit, empty where it has none.
+    pub(super) unit: String,
+    /// The greatest value that can be stored, 1 for numbers with a fraction.
+    pub(super) greatest: f64,
+}

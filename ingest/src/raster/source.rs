@@ -1,0 +1,158 @@
+//! A file, opened by the reader for it. Where its samples are and what makes metres of them is settled here, for all readers alike.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use gdal::spatial_ref::SpatialRef;
+use terrain_tiles::metadata::{RasterReader, Reading};
+
+use super::exr_file::ExrFile;
+use super::gdal_file::GdalFile;
+use super::layout::Layout;
+use super::raw_file::RawFile;
+use super::reader::{Found, Reader};
+use super::tiff_file::TiffFile;
+use super::undeclared::{Looked, Values, Voids};
+use super::vertical::HeightReference;
+use super::{ReadError, ReadOptions, crs, placement, units};
+
+/// An open file.
+pub(super) struct Source {
+    layout: Layout,
+    block: [usize; 2],
+    reader: Box<dyn Reader>,
+    voids: Voids,
+    /// Metres = stored value × `scale` + `offset`.
+    scale: f64,
+    offset: f64,
+}
+
+impl Source {
+    pub(super) fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
+        check_name(path)?;
+        let reading = &options.overrides.reading;
+        let found = match reader_of(path, reading) {
+            RasterReader::Gdal => GdalFile::open(path, options)?,
+            RasterReader::Tiff => TiffFile::open(path, options)?,
+            RasterReader::Exr => ExrFile::open(path)?,
+            RasterReader::Raw => RawFile::open(path, reading.big_endian)?,
+        };
+        let [columns, rows] = found.size;
+        placement::check_size(path, columns, rows, options.limits.samples)?;
+        let mut layout = layout(path, &found, options)?;
+        let (scale, offset) = to_metres(&mut layout, &found, reading, options);
+        Ok(Self {
+            layout,
+            block: found.block,
+            reader: found.reader,
+            voids: Voids::new(reading.nodata.clone(), &options.progress),
+            scale,
+            offset,
+        })
+    }
+
+    pub(super) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Samples of a block that is stored as one, across and down.
+    pub(super) fn block(&self) -> [usize; 2] {
+        self.block
+    }
+
+    /// Metres of a rectangle of samples, row by row; NaN where void.
+    pub(super) fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
+        let voids = self.voids()?;
+        let mut values = self.reader.stored(columns, rows)?;
+        for value in &mut values {
+            *value = if voids.contain(*value) {
+                f64::NAN
+            } else {
+                *value * self.scale + self.offset
+            };
+        }
+        Ok(values)
+    }
+
+    /// The stored values that stand for voids, besides those that the reader knows.
+    fn voids(&self) -> Result<Arc<Values>, ReadError> {
+        let Layout {
+            path, columns, rows, ..
+        } = &self.layout;
+        let file = Looked {
+            path,
+            reader: self.reader.as_ref(),
+            size: [*columns, *rows],
+            block: self.block,
+        };
+        self.voids.values(&file, self.scale, self.offset)
+    }
+}
+
+/// The reader that a user names, or the one for the file's kind.
+fn reader_of(path: &Path, reading: &Reading) -> RasterReader {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    reading.reader.unwrap_or_else(|| match extension.to_str() {
+        Some("exr") => RasterReader::Exr,
+        Some("r16" | "raw") => RasterReader::Raw,
+        _ => RasterReader::Gdal,
+    })
+}
+
+/// GDAL takes names for more than files: `/vsicurl/http://…` fetches, `<VRTDataset>…` reads other files. Only names of
+/// plain files pass.
+fn check_name(path: &Path) -> Result<(), ReadError> {
+    let name = path.to_string_lossy();
+    if name.contains("/vsi") || name.contains('<') {
+        return Err(ReadError::Refused(path.to_owned()));
+    }
+    let metadata = std::fs::metadata(path).map_err(|error| ReadError::unreadable(path, error))?;
+    if metadata.is_file() {
+        Ok(())
+    } else {
+        Err(ReadError::unreadable(path, "it is not a file"))
+    }
+}
+
+fn layout(path: &Path, found: &Found, options: &ReadOptions) -> Result<Layout, ReadError> {
+    let overrides = &options.overrides;
+    let [columns, rows] = found.size;
+    if let Some(pixel) = overrides.reading.pixel_size {
+        let heights = HeightReference::of_file(path, None, None, &overrides.vertical)?;
+        return Ok(Layout::local(path, found.size, pixel, heights));
+    }
+    let said = overrides.crs.as_deref().map(crs::from_user).transpose()?;
+    let reference = said.as_ref().or(found.crs.as_ref());
+    let reference = reference.ok_or_else(|| ReadError::NoCrs(path.to_owned()))?;
+    let to_crs = match overrides.bounds {
+        Some(bounds) => placement::from_bounds(bounds, columns, rows)?,
+        None => found.to_crs.ok_or_else(|| ReadError::NoPosition(path.to_owned()))?,
+    };
+    let of_crs = of_either(reference, found, crs::vertical_datum);
+    let heights = HeightReference::of_file(path, of_crs, found.datum.clone(), &overrides.vertical)?;
+    Layout::new(path, found.size, to_crs, reference, heights)
+}
+
+/// Scale and offset from stored values to metres.
+fn to_metres(layout: &mut Layout, found: &Found, reading: &Reading, options: &ReadOptions) -> (f64, f64) {
+    if let Some([lowest, highest]) = reading.height_range {
+        return ((highest - lowest) / found.greatest, lowest);
+    }
+    let said = options
+        .overrides
+        .crs
+        .as_deref()
+        .and_then(|crs| crs::from_user(crs).ok());
+    let reference = said.as_ref().or(found.crs.as_ref());
+    let of_crs = reference.and_then(|reference| of_either(reference, found, crs::vertical_unit));
+    let (metres, remarks) = units::of_heights(&found.unit, of_crs, reading.unit, found.scale);
+    layout.remarks.extend(remarks);
+    (found.scale * metres, found.offset * metres)
+}
+
+/// What the reference system that is used says of heights, or else the file's own: what a user says of places need not say anything
+/// of heights.
+fn of_either<T>(used: &SpatialRef, found: &Found, of: impl Fn(&SpatialRef) -> Option<T>) -> Option<T> {
+    of(used).or_else(|| found.crs.as_ref().and_then(of))
+}
