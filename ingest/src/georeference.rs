@@ -34,6 +34,8 @@ pub struct GeoReference {
     /// Where the grid's first sample is on the lattice: whole numbers, so that adding them rounds nothing.
     origin: DVec2,
     to_geographic: ToGeographic,
+    /// Its columns go around the Earth, and some are there twice, beyond the antimeridian or beyond a pole.
+    is_around: bool,
     is_ballpark: bool,
 }
 
@@ -119,6 +121,7 @@ impl GeoReference {
                 forward,
                 inverse: forward.inverse(),
             },
+            is_around: false,
             is_ballpark: false,
         }
     }
@@ -147,6 +150,7 @@ impl GeoReference {
                 table: Arc::new(table),
                 first: origin,
             },
+            is_around: false,
             is_ballpark,
         })
     }
@@ -160,6 +164,26 @@ impl GeoReference {
             origin: self.origin + DVec2::new(first[0] as f64, first[1] as f64),
             ..self.clone()
         }
+    }
+
+    /// The same rows of a grid in degrees, with so many columns in 360°, of which the lattice's first is at a longitude.
+    pub(crate) fn around(&self, longitude: f64, columns: usize) -> Self {
+        let ToGeographic::Affine { forward, .. } = self.to_geographic else {
+            return self.clone();
+        };
+        let step = DVec2::new(360.0 / columns as f64, forward.matrix2.y_axis.y);
+        let first = DVec2::new(longitude, forward.translation.y);
+        let to_crs = DAffine2::from_mat2_translation(DMat2::from_diagonal(step), first);
+        Self {
+            is_around: true,
+            is_ballpark: self.is_ballpark,
+            ..Self::affine_to_geographic(&self.crs_name, to_crs, self.origin, columns, self.rows)
+        }
+    }
+
+    /// True where columns go around the Earth: there is no side to the west or to the east then.
+    pub(crate) fn is_around(&self) -> bool {
+        self.is_around
     }
 
     /// The same places counted from the lattice's own first sample: the same whatever rectangle of it this is.
@@ -254,19 +278,23 @@ impl GeoReference {
         DVec2::new(length(degrees.x_axis), length(degrees.y_axis))
     }
 
-    /// West, south, east, north of the samples, in degrees; found along the raster's edge.
+    /// West, south, east, north of the samples, in degrees; found along the raster's edge. Around the Earth, −180 and 180.
     #[must_use]
     pub fn geographic_bounds(&self) -> [f64; 4] {
         let edge: Vec<DVec2> = match self.to_geographic {
             ToGeographic::Affine { .. } => corners(self.columns, self.rows).to_vec(),
             ToGeographic::Table { .. } => edge(self.columns, self.rows).collect(),
         };
-        let (low, high) = edge
+        let (mut low, mut high) = edge
             .into_iter()
             .map(|grid| self.geographic(grid))
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| {
                 (low.min(point), high.max(point))
             });
+        if self.is_around {
+            let ends = DVec2::new(180.0, 90.0);
+            (low, high) = (low.clamp(-ends, ends), high.clamp(-ends, ends));
+        }
         [low.x, low.y, high.x, high.y]
     }
 }

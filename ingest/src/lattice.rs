@@ -106,6 +106,16 @@ pub(crate) struct Edge {
 }
 
 impl Edge {
+    /// The same meridian in −180 … 180, not 180 itself.
+    pub(crate) fn wrapped(self) -> Self {
+        let line = if self.is_meridian {
+            self.line.rem_euclid(2 << self.zoom)
+        } else {
+            self.line
+        };
+        Self { line, ..self }
+    }
+
     /// The two halves, a zoom down.
     pub(crate) fn halves(self) -> [Self; 2] {
         [0, 1].map(|half| Self {

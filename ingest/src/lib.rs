@@ -8,6 +8,7 @@ mod coarse;
 pub mod curved_model;
 pub mod curved_terrain;
 pub mod georeference;
+pub mod globe;
 pub mod height_grid;
 mod intake;
 mod lattice;

@@ -37,6 +37,7 @@ use self::plan::{Plan, Relief};
 pub use self::recipe::{Recipe, options_of};
 use self::scheduler::Scheduler;
 pub use self::update::{Changes, Update};
+use crate::globe::Seen;
 use crate::progress::Progress;
 use crate::raster::ReadError;
 use crate::samples::Raster;
@@ -163,7 +164,8 @@ impl<'a> Build<'a> {
     pub fn run(self, output: &Path) -> Result<Report, BuildError> {
         self.check()?;
         self.progress.job(&SHARES);
-        let stored = self.take_samples()?;
+        let seen = Seen::new(self.raster);
+        let stored = self.take_samples(seen.raster())?;
         stored.chunks.make_relief(self.progress)?;
         let scheduler = self.scheduler(&stored, true)?;
         let roots = scheduler.jobs.plan.roots();
@@ -186,8 +188,8 @@ impl<'a> Build<'a> {
         Ok(())
     }
 
-    fn take_samples(&self) -> Result<StoredRaster, TakeError> {
-        StoredRaster::take(self.raster, self.store, self.options.memory, self.progress)
+    fn take_samples(&self, raster: &dyn Raster) -> Result<StoredRaster, TakeError> {
+        StoredRaster::take(raster, self.store, self.options.memory, self.progress)
     }
 
     fn scheduler<'b>(&self, stored: &'b StoredRaster, makes_tiles: bool) -> Result<Scheduler<'b>>
@@ -199,7 +201,9 @@ impl<'a> Build<'a> {
             steepest_step: stored.chunks.steepest()?.into(),
             farthest_height: lowest.abs().max(highest.abs()).into(),
         };
-        let plan = Plan::new(self.raster.georeference(), self.raster.size(), relief, self.options);
+        let seen = Seen::new(self.raster);
+        let raster = seen.raster();
+        let plan = Plan::new(raster.georeference(), raster.size(), relief, self.options);
         Ok(Scheduler {
             jobs: Jobs::new(plan, stored),
             tiles: FinishedTiles {

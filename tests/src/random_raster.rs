@@ -32,11 +32,13 @@ pub enum Place {
     BesidePole,
     /// UTM, in files that abut or overlap.
     Files,
+    /// Degrees, around the whole Earth, wherever it begins, in one file or two.
+    Around,
 }
 
 impl Place {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Utm,
         Self::Turned,
         Self::Fine,
@@ -46,6 +48,7 @@ impl Place {
         Self::PoleRow,
         Self::BesidePole,
         Self::Files,
+        Self::Around,
     ];
 }
 
@@ -156,10 +159,16 @@ impl RandomRaster {
         if is_integer {
             heights.iter_mut().for_each(|height| *height = height.round());
         }
+        let whole = heights.clone();
         make_voids(&mut random, voids, columns, rows, &mut heights);
+        if place == Place::Around && !has_whole_cell(&heights, columns) {
+            // A cell may be whole where the raster is closed, all the same.
+            heights = whole;
+        }
         let options = options(&mut random, cell);
         let files = match place {
             Place::Files => in_files(&mut random, columns),
+            Place::Around if random.bool() => in_files(&mut random, columns),
             _ => vec![(0, columns)],
         };
         Self {
@@ -181,10 +190,7 @@ impl RandomRaster {
     /// Whether some four neighbouring samples are all there.
     #[must_use]
     pub fn has_surface(&self) -> bool {
-        let is_there = |column: usize, row: usize| !self.heights[row * self.columns + column].is_nan();
-        let whole =
-            |x: usize, y: usize| is_there(x, y) && is_there(x + 1, y) && is_there(x, y + 1) && is_there(x + 1, y + 1);
-        (0..self.rows - 1).any(|y| (0..self.columns - 1).any(|x| whole(x, y)))
+        has_whole_cell(&self.heights, self.columns)
     }
 
     /// Writes its files into a folder and returns their names.
@@ -250,6 +256,13 @@ impl RandomRaster {
         image.write_tag(GDAL_NODATA, NODATA.to_string().as_str())?;
         Ok(())
     }
+}
+
+fn has_whole_cell(heights: &[f32], columns: usize) -> bool {
+    let is_there = |column: usize, row: usize| !heights[row * columns + column].is_nan();
+    let whole =
+        |x: usize, y: usize| is_there(x, y) && is_there(x + 1, y) && is_there(x, y + 1) && is_there(x + 1, y + 1);
+    (0..heights.len() / columns - 1).any(|y| (0..columns - 1).any(|x| whole(x, y)))
 }
 
 fn pick<T: Copy>(random: &mut Rng, from: &[T]) -> T {
@@ -322,6 +335,26 @@ fn place_of(random: &mut Rng, place: Place, columns: &mut usize, rows: &mut usiz
                 -90.0 + cell * (*rows as f64 - 1.0)
             };
             (4326, north_up(cell), DVec2::new(between(random, -180.0, 100.0), first))
+        }
+        Place::Around => {
+            let around = random.usize(12..=60);
+            // The first column may be there again at the end.
+            *columns = around + random.usize(0..=1);
+            let step = 360.0 / around as f64;
+            let down = (*rows - 1) as f64;
+            // Rows are at both poles, half a cell from them, or anywhere.
+            let (height, north) = match random.u8(0..3) {
+                0 => (180.0 / down, 90.0),
+                1 => (180.0 / (down + 1.0), 90.0 - 90.0 / (down + 1.0)),
+                _ => (between(random, 0.2, 1.0) * 120.0 / down, between(random, 30.0, 90.0)),
+            };
+            let anywhere = between(random, -180.0, 180.0);
+            let west = pick(random, &[-180.0, -180.0 + step / 2.0, 0.0, anywhere]);
+            (
+                4326,
+                DMat2::from_diagonal(DVec2::new(step, -height)),
+                DVec2::new(west, north),
+            )
         }
         Place::BesidePole => {
             let cell = magnitude(random, 10.0, 2000.0);

@@ -5,13 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use geo::{Area, Coord, LineString, Polygon};
+use glam::DVec2;
 use tempfile::TempDir;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
+use terrain_ingest::globe::Seen;
 use terrain_ingest::raster::Rasters;
 use terrain_ingest::store::Store;
+use terrain_ingest::stored_raster::StoredRaster;
 use terrain_ingest::verify::ArchiveReport;
-use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
+use terrain_ingest::{GeoReference, HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{Reader, Writer};
@@ -189,6 +192,53 @@ fn a_projected_raster_is_certified_on_the_earth() {
     let report = built.verified("archive.pmtiles");
     assert!(report.holds(), "{report}");
     assert!(report.zooms.last().unwrap().measured_finest <= 20.0, "{report}");
+}
+
+/// Waves on samples around the Earth, half a cell from the poles, from a longitude on.
+fn around_the_earth(west: f64) -> HeightGrid {
+    let (columns, rows, step) = (60, 30, 6.0);
+    let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
+    let height = |(column, row)| {
+        let column = (column + (west / step) as usize) % columns;
+        100.0 * ((column as f32 / 4.0).sin() + (row as f32 / 3.0).cos()) + column as f32
+    };
+    let first = DVec2::new(west + step / 2.0, 90.0 - step / 2.0);
+    HeightGrid {
+        columns,
+        rows,
+        heights: places.map(height).collect(),
+        georeference: GeoReference::wgs84(columns, rows, first, DVec2::new(step, -step)),
+    }
+}
+
+#[test]
+fn a_raster_around_the_earth_is_closed_and_the_same_wherever_it_begins() {
+    let folder = TempDir::new().unwrap();
+    let built = [0.0, 120.0].map(|west| {
+        let grid = around_the_earth(west);
+        let store = Store::open(&folder.path().join(format!("work-{west}")).display().to_string()).unwrap();
+        let build = pyramid::Build {
+            raster: &grid,
+            options: &pyramid::Options::default(),
+            store: &store,
+            earlier: None,
+            progress: &Progress::silent(),
+        };
+        let path = folder.path().join(format!("from-{west}.pmtiles"));
+        build.run(&path).unwrap();
+        let seen = Seen::new(&grid);
+        let stored = StoredRaster::take(seen.raster(), &store, 64 << 20, &Progress::silent()).unwrap();
+        let report = verify::archive(&path, stored.source(), 64 << 20, &Progress::silent()).unwrap();
+        assert!(report.holds(), "{report}");
+        path
+    });
+    let reader = Reader::open(&built[0]).unwrap();
+    assert_eq!(reader.metadata().bounds, [-180.0, -90.0, 180.0, 90.0]);
+    let areas = reader.addresses().filter(|address| address.zoom == 0);
+    let area: f64 = areas.map(|address| plan_area(&tile(&reader, address))).sum();
+    assert!((area / (360.0 * 180.0) - 1.0).abs() < 1e-9, "{area} square degrees");
+    let [a, b] = built.map(|path| std::fs::read(path).unwrap());
+    assert!(a == b);
 }
 
 #[test]

@@ -176,7 +176,7 @@ fn seeds_make_rasters_of_every_kind() {
         ];
         kind.into_iter().for_each(|kind| *kinds.entry(kind).or_default() += 1);
     }
-    assert_eq!(kinds.len(), 9 + 6 + 6 + 2, "{kinds:?}");
+    assert_eq!(kinds.len(), 10 + 6 + 6 + 2, "{kinds:?}");
     assert!(kinds.values().all(|&count| count >= 5), "{kinds:?}");
 }
 

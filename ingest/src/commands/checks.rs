@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
+use terrain_ingest::globe::Seen;
 use terrain_ingest::samples::Overrides;
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
@@ -28,12 +29,18 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         .context("a folder for samples")
         .map_err(Failure::Other)?;
     let store = Store::open(&work.path().display().to_string()).map_err(Failure::Other)?;
-    let stored = StoredRaster::take(&rasters, &store, memory, &progress).map_err(|error| match error {
+    let is_mesh = has_extension(&arguments.subject, &["ply", "obj"]);
+    let seen = if is_mesh {
+        Seen::Open(&rasters)
+    } else {
+        Seen::new(&rasters)
+    };
+    let stored = StoredRaster::take(seen.raster(), &store, memory, &progress).map_err(|error| match error {
         TakeError::Read(error) => Failure::Input(error.into()),
         TakeError::Store(error) => Failure::Other(error),
     })?;
     let (json, subject) = (arguments.run.json, &arguments.subject);
-    let holds = if has_extension(subject, &["ply", "obj"]) {
+    let holds = if is_mesh {
         let claim = arguments.max_error.map(|error| verify::Claim {
             error,
             bound: bound_name(arguments.bound).to_owned(),

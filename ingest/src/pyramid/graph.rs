@@ -22,6 +22,7 @@ use super::plan::{self, Options};
 use super::recipe::Recipe;
 use super::{Build, BuildError, Report};
 use crate::chunks::ChunkId;
+use crate::globe::Seen;
 use crate::intake::{Intake, chunks_over_files};
 use crate::lattice::Square;
 use crate::progress::Progress;
@@ -144,8 +145,10 @@ impl<'a> Graph<'a> {
     fn new(recipe: Recipe, store: Store, memory: u64, progress: &'a Progress) -> Result<Self> {
         let options = recipe.options(memory)?;
         let raster = RecordedRaster::new(recipe.raster.clone(), progress.clone())?;
-        let georeference = raster.georeference();
-        let rectangles: Vec<[f64; 4]> = raster
+        let seen = Seen::new(&raster);
+        let seen = seen.raster();
+        let georeference = seen.georeference();
+        let rectangles: Vec<[f64; 4]> = seen
             .extents()
             .into_iter()
             .map(|[columns, rows]| {
@@ -155,10 +158,13 @@ impl<'a> Graph<'a> {
                     .geographic_bounds()
             })
             .collect();
+        let relief = chunks_over_files(seen, RELIEF_LEVEL);
+        let subtrees = plan::subtrees(georeference, seen.size(), &options, &rectangles);
+        let bands = Intake::new(seen, &store).bands().len();
         Ok(Self {
-            relief: chunks_over_files(&raster, RELIEF_LEVEL),
-            subtrees: plan::subtrees(georeference, raster.size(), &options, &rectangles),
-            bands: Intake::new(&raster, &store).bands().len(),
+            relief,
+            subtrees,
+            bands,
             recipe,
             raster,
             options,
@@ -224,7 +230,8 @@ impl<'a> Graph<'a> {
         if rasters.stamps() != self.raster.stamps() {
             return Err(anyhow!("a raster has changed since the build was planned: plan it again").into());
         }
-        let intake = Intake::new(&rasters, &self.store);
+        let seen = Seen::new(&rasters);
+        let intake = Intake::new(seen.raster(), &self.store);
         intake.take(&intake.bands()[number..=number], self.progress)?;
         Ok(())
     }
@@ -275,10 +282,11 @@ impl<'a> Graph<'a> {
 
     /// The samples, which all jobs of their stage have brought into the store.
     fn samples(&self) -> Result<StoredRaster, BuildError> {
-        let intake = Intake::new(&self.raster, &self.store);
+        let seen = Seen::new(&self.raster);
+        let intake = Intake::new(seen.raster(), &self.store);
         let bands = intake.bands();
         self.expect(Stage::Samples, |number| intake.has(&bands[number]))?;
-        Ok(self.build().take_samples()?)
+        Ok(self.build().take_samples(seen.raster())?)
     }
 
     /// The samples with all blocks above them.

@@ -173,6 +173,11 @@ impl<'a> Jobs<'a> {
     /// # Errors
     /// When samples cannot be read.
     pub(crate) fn curve(&self, edge: Edge) -> Result<Arc<BorderCurve>> {
+        let edge = if self.georeference.is_around() {
+            edge.wrapped()
+        } else {
+            edge
+        };
         if let Some(curve) = self.curves.get(&edge) {
             return Ok(curve);
         }

@@ -14,13 +14,15 @@ use crate::store::Name;
 use crate::tin::bound_name;
 
 /// Counts up whenever the same inputs would give other tiles than before: what was made then is not taken for what is made now.
-const ALGORITHM: u32 = 3;
+const ALGORITHM: u32 = 4;
 /// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
 const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
 /// Cells are taken to be no longer than this: beside a pole columns meet.
 const MOST_LENGTHENED: f64 = 10.0;
 /// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
+/// No surface errs more than this, metres: triangles of larger sagitta span so much of the Earth that a plan cannot tell where they are.
+const MOST_ERROR: f64 = 50_000.0;
 /// Degrees by which rectangles are widened where it is asked which squares they meet.
 const SLIGHTLY: f64 = 1e-9;
 
@@ -99,7 +101,7 @@ impl Plan {
 
     /// The error of a zoom's finest surfaces, metres.
     pub(crate) fn error_at(&self, zoom: u8) -> f64 {
-        self.max_error * f64::from(self.lattice.leaf_zoom - zoom).exp2()
+        (self.max_error * f64::from(self.lattice.leaf_zoom - zoom).exp2()).min(MOST_ERROR)
     }
 
     /// Whether a leaf's error is what was asked for, but for the rounding of claims.
@@ -153,7 +155,8 @@ fn cell_and_error(georeference: &GeoReference, size: [usize; 2], options: &Optio
     let centre = DVec2::new(size[0] as f64 - 1.0, size[1] as f64 - 1.0) / 2.0;
     let sides = georeference.cell_metres(centre);
     let cell = sides.min_element().max(sides.max_element() / MOST_LENGTHENED);
-    (cell, options.max_error.unwrap_or_else(|| default_error(cell)))
+    let max_error = options.max_error.unwrap_or_else(|| default_error(cell));
+    (cell, max_error.min(MOST_ERROR))
 }
 
 fn subtree_zoom(leaf_zoom: u8, leaves: u32) -> u8 {

@@ -88,6 +88,9 @@ pub(super) fn check_bounds(metadata: &Metadata, source: &Source, blocks: &[Block
         let mut surface = block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface);
         Ok(surface.find_map(|(column, row)| {
             let place = source.geographic(column, row);
+            if source.is_twice(place) {
+                return None;
+            }
             let in_bounds = place.cmpge(low).all() && place.cmple(high).all();
             let in_heights = heights.contains(&patch.height(column, row));
             (!in_bounds || !in_heights).then_some((place, if in_bounds { "heights" } else { "bounds" }))
@@ -136,6 +139,9 @@ fn missing_in(source: &Source, block: &Block, mut beside: Beside, reach: &[f64])
     let mut missing = Missing::new();
     for post in block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface) {
         let place = source.geographic(post.0, post.1);
+        if source.is_twice(place) {
+            continue;
+        }
         for (zoom, &reach) in (0..).zip(reach) {
             let Some(tile) = tile_at(place, zoom) else { continue };
             if !beside.exists(tile) && !is_kept(&mut beside, post, nearby(place, zoom, reach))? {

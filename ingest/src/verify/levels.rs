@@ -258,7 +258,11 @@ impl TileCheck<'_> {
             voids: Vec::new(),
             worst: Worst::default(),
         };
+        let source = &self.measure.source;
         visit_posts(&self.earth, patch, verticals, surface, |column, row, deviation| {
+            if source.is_twice(source.geographic(column, row)) {
+                return;
+            }
             match patch.post(column, row) {
                 Post::Surface => covered.worst.meet(deviation, DVec2::new(column as f64, row as f64)),
                 Post::Lone => {}

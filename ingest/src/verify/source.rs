@@ -77,6 +77,11 @@ impl Source<'_> {
         self.georeference.geographic(DVec2::new(column as f64, row as f64))
     }
 
+    /// Whether a post is there elsewhere, too, or beyond a pole, so that no tile has it: where columns go around the Earth.
+    pub(super) fn is_twice(&self, place: DVec2) -> bool {
+        self.georeference.is_around() && (place.x.abs() > 180.0 || place.y.abs() > 90.0)
+    }
+
     /// Into how many pieces a line of so many cells and metres is to be cut so that, in space, each is nearer to the ellipsoid
     /// than a ten thousandth of a cell.
     pub(super) fn pieces(cells: f64, metres: f64) -> usize {
