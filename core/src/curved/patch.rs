@@ -59,7 +59,7 @@ impl CubicPatch {
     }
 
     /// De Casteljau's last triangle but one, which touches the patch at (u, v, w).
-    fn corner_triangle(&self, at: DVec3) -> [DVec3; 3] {
+    pub(crate) fn corner_triangle(&self, at: DVec3) -> [DVec3; 3] {
         once(&twice(&self.points, at), at)
     }
 
@@ -74,10 +74,10 @@ impl CubicPatch {
     /// The part over the triangle of three places, each in barycentric coordinates: exact, whatever the triangle.
     #[must_use]
     pub fn part(&self, [x, y, z]: [DVec3; 3]) -> Self {
-        let [from_x, from_y, from_z] = [x, y, z].map(|at| twice(&self.points, at));
-        let [xx, xy, xz] = [x, y, z].map(|at| once(&from_x, at));
-        let [yy, yz] = [y, z].map(|at| once(&from_y, at));
-        let zz = once(&from_z, z);
+        let (from_x, from_y) = (twice(&self.points, x), twice(&self.points, y));
+        let (xx, xy, xz) = (once(&from_x, x), once(&from_x, y), once(&from_x, z));
+        let (yy, yz) = (once(&from_y, y), once(&from_y, z));
+        let zz = once(&twice(&self.points, z), z);
         let points = [
             blend(xx, x),
             blend(xx, y),
@@ -146,15 +146,29 @@ pub fn split_cubic(p: [DVec3; 4], t: f64) -> ([DVec3; 4], [DVec3; 4]) {
 }
 
 /// The control points of the quadratic patch that is left when one argument of the blossom is given.
+#[inline(always)]
 fn twice(p: &[DVec3; 10], at: DVec3) -> [DVec3; 6] {
-    [[0, 1, 2], [1, 3, 4], [2, 4, 5], [3, 6, 7], [4, 7, 8], [5, 8, 9]].map(|three| blend(three.map(|i| p[i]), at))
+    [
+        blend([p[0], p[1], p[2]], at),
+        blend([p[1], p[3], p[4]], at),
+        blend([p[2], p[4], p[5]], at),
+        blend([p[3], p[6], p[7]], at),
+        blend([p[4], p[7], p[8]], at),
+        blend([p[5], p[8], p[9]], at),
+    ]
 }
 
 /// The same from two arguments to go to one.
+#[inline(always)]
 fn once(p: &[DVec3; 6], at: DVec3) -> [DVec3; 3] {
-    [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|three| blend(three.map(|i| p[i]), at))
+    [
+        blend([p[0], p[1], p[2]], at),
+        blend([p[1], p[3], p[4]], at),
+        blend([p[2], p[4], p[5]], at),
+    ]
 }
 
+#[inline(always)]
 fn blend([a, b, c]: [DVec3; 3], at: DVec3) -> DVec3 {
     at.x * a + at.y * b + at.z * c
 }

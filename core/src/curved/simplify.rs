@@ -33,8 +33,8 @@ mod surface;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use self::pieces::{Cell, Piece};
-use self::plan::{Made, Plan, Tag, Target};
+use self::pieces::Piece;
+use self::plan::{Made, Plan, Side, Tag, Target};
 use self::search::{Reach, is_star};
 use self::shared_curves::CurveUse;
 use self::state::Simplifier;
@@ -42,7 +42,6 @@ use self::surface::Surface;
 use crate::curved::levels::CurvedLevels;
 use crate::curved::model::CurvedModel;
 use crate::curved::patch::{CENTRE, CubicPatch};
-use crate::topology::half_edges::NONE;
 
 pub use self::state::Options;
 
@@ -59,7 +58,7 @@ const GROWTH: f64 = 1.25;
 const RELAXED: f64 = 1.5;
 
 /// How much of what was found for a vertex is expected after its surroundings have changed.
-const REMEMBERED: f64 = 0.8;
+const REMEMBERED: f64 = 1.0;
 
 /// Patterns that remove more vertices are looked for where a pair's curve deviates by less than this share of the limit.
 const SMOOTH: f64 = 0.25;
@@ -120,14 +119,15 @@ impl Simplifier {
     }
 
     /// What a vertex's removal will certify, more or less.
-    fn estimate(&self, vertex: u32) -> f64 {
+    fn estimate(&mut self, vertex: u32) -> f64 {
         let ring = self.surface.ring(vertex);
         let present = ring.leaving.iter().map(|edge| self.surface.error(edge / 3));
         let present = present.fold(0.0, f64::max);
         if is_star(&ring) {
             return present;
         }
-        match self.candidates(&ring).first() {
+        self.candidates[vertex as usize] = self.found_candidates(&ring);
+        match self.candidates[vertex as usize].first() {
             Some(best) => present
                 .hypot(best.curve.deviation)
                 .max(REMEMBERED * self.found[vertex as usize]),
@@ -168,7 +168,8 @@ impl Simplifier {
                 None => {}
             }
         } else {
-            for candidate in self.candidates(&ring).iter().take(MOST_PAIRS) {
+            let candidates = self.candidates[vertex as usize].clone();
+            for candidate in candidates.iter().take(MOST_PAIRS) {
                 let is_smooth = candidate.curve.deviation <= SMOOTH * self.limit;
                 let reaches: &[Reach] = if is_smooth {
                     &[Reach::More, Reach::Alone]
@@ -217,53 +218,55 @@ impl Simplifier {
         for corner in topology.triangles()[slot as usize] {
             self.is_stale[corner as usize] = true;
             self.may_turn[corner as usize] = true;
-            for edge in topology.leaving(corner) {
-                self.is_stale[topology.end(edge) as usize] = true;
-                self.is_stale[topology.apex(edge) as usize] = true;
-            }
         }
     }
 
-    /// Makes all patches of a plan, or tells what the first that is not allowed has for an error. What is too far from the
-    /// present patches is not measured against the pieces of the model.
+    /// Makes all patches of a plan, or tells what the first that is not allowed has for an error.
     fn make(&mut self, plan: &Plan) -> Result<Vec<Made>, f64> {
-        self.make_from(plan, |surface, slot, cell, targets| {
-            cell.carry(&Piece::whole(surface.patch_at(3 * slot), 0.0), targets);
-        })?;
-        self.make_from(plan, |surface, slot, cell, targets| {
-            surface.pieces_of(slot, |piece| cell.carry(piece, targets));
-        })
+        let part_count = self.surface.parts.len();
+        let made = plan.sides.iter().try_fold(Vec::new(), |mut made, side| {
+            self.make_side(plan, side, &mut made)?;
+            Ok(made)
+        });
+        if made.is_err() {
+            self.surface.parts.truncate(part_count);
+        }
+        made
     }
 
-    fn make_from(
-        &mut self,
-        plan: &Plan,
-        carry: impl Fn(&Surface, u32, &Cell, &mut [Vec<Piece>]),
-    ) -> Result<Vec<Made>, f64> {
-        let mut made = Vec::new();
-        for side in &plan.sides {
-            let mut carried: SmallVec<[Vec<Piece>; 2]> = side.targets.iter().map(|_| Vec::new()).collect();
-            for (slot, cell) in side.slots.iter().zip(&side.cells) {
-                carry(&self.surface, *slot, cell, &mut carried);
-            }
-            for (target, pieces) in side.targets.iter().zip(carried) {
-                made.push(self.make_one(plan, target, pieces)?);
-            }
-        }
-        Ok(made)
-    }
-
-    fn make_one(&mut self, plan: &Plan, target: &Target, pieces: Vec<Piece>) -> Result<Made, f64> {
-        let mut patch = self.patch_of(plan, target);
-        let (centre, error) = pieces::fit_centre(&patch, &pieces, &mut self.scratch);
-        patch.points[CENTRE] = centre;
-        if error > self.limit {
-            return Err(error);
-        }
-        if !self.is_allowed(&patch) {
+    fn make_side(&mut self, plan: &Plan, side: &Side, made: &mut Vec<Made>) -> Result<(), f64> {
+        let patches: SmallVec<[CubicPatch; 2]> =
+            side.targets.iter().map(|target| self.patch_of(plan, target)).collect();
+        if !patches.iter().all(|patch| self.is_allowed(patch)) {
             return Err(f64::INFINITY);
         }
-        Ok(Made { centre, error, pieces })
+        let mut samples: SmallVec<[Vec<(DVec3, DVec3)>; 2]> =
+            side.targets.iter().map(|_| Vec::with_capacity(28)).collect();
+        for (slot, cell) in side.slots.iter().zip(&side.cells) {
+            pieces::samples(&self.surface.patch_at(3 * slot), cell, &mut samples);
+        }
+        for (patch, samples) in patches.iter().zip(&samples) {
+            let rough = pieces::rough_error(*patch, samples);
+            if rough > self.limit {
+                return Err(rough);
+            }
+        }
+        let mut carried: SmallVec<[Vec<Piece>; 2]> = side.targets.iter().map(|_| Vec::new()).collect();
+        let Surface { pieces, parts, .. } = &mut self.surface;
+        for (slot, cell) in side.slots.iter().zip(&side.cells) {
+            for piece in &pieces[*slot as usize] {
+                cell.carry(piece, parts, &mut carried);
+            }
+        }
+        for (without, mut pieces) in patches.into_iter().zip(carried) {
+            let (patch, error) = pieces::fit(without, &mut pieces, parts, self.limit, &mut self.scratch)?;
+            made.push(Made {
+                centre: patch.points[CENTRE],
+                error,
+                pieces,
+            });
+        }
+        Ok(())
     }
 
     /// A target without its centre.
@@ -301,7 +304,8 @@ impl Simplifier {
 
     /// Where no vertex can go (§8.2); false where there is nothing to do.
     fn unstick(&mut self, live: &[u32]) -> bool {
-        let turned = self.reduce_degrees(live);
+        let is_new = std::mem::replace(&mut self.stuck_at, self.surface.patch_count) != self.surface.patch_count;
+        let turned = if is_new { self.reduce_degrees(live) } else { 0 };
         self.removed += turned;
         let relaxed = (self.angle * RELAXED).min(self.options.largest_angle);
         let is_more = relaxed > self.angle;
@@ -312,14 +316,28 @@ impl Simplifier {
         is_more || turned > 0
     }
 
-    /// Turns edges of vertices that have too many, where that evens degrees out (§8.2, Fig. 7); how many.
+    /// Turns edges away from vertices, until three are left at each (§8.2, Fig. 7), where that keeps the limit; how many.
+    /// Vertices around one that lost edges keep theirs.
     fn reduce_degrees(&mut self, live: &[u32]) -> usize {
         let mut turned = 0;
+        self.tags.fill(Tag::Undecided);
         for &vertex in live {
-            while std::mem::replace(&mut self.may_turn[vertex as usize], false)
-                && self.surface.topology.leaving(vertex).count() > 6
-            {
-                turned += usize::from(self.turn_one_of(vertex));
+            let may_turn = std::mem::replace(&mut self.may_turn[vertex as usize], false);
+            if !may_turn || self.tags[vertex as usize] != Tag::Undecided {
+                continue;
+            }
+            let ring = self.surface.ring(vertex);
+            if ring.is_boundary() || ring.has_crease() {
+                continue;
+            }
+            let before = turned;
+            while self.surface.topology.leaving(vertex).count() > 3 && self.turn_one_of(vertex) {
+                turned += 1;
+            }
+            if turned > before {
+                ring.ends
+                    .iter()
+                    .for_each(|&end| self.tags[end as usize] = Tag::Retained);
             }
         }
         turned
@@ -329,20 +347,9 @@ impl Simplifier {
     fn turn_one_of(&mut self, vertex: u32) -> bool {
         let edges: SmallVec<[u32; 8]> = self.surface.topology.leaving(vertex).collect();
         edges.into_iter().any(|edge| {
-            let plan = self.evens_out(edge).then(|| self.plan_swap(edge)).flatten();
+            let plan = self.plan_swap(edge);
             plan.is_some_and(|plan| self.attempt(&plan).is_ok())
         })
-    }
-
-    fn evens_out(&self, edge: u32) -> bool {
-        let topology = &self.surface.topology;
-        if topology.twin(edge) == NONE || self.surface.is_crease(edge) {
-            return false;
-        }
-        let [from, to, left, right] = topology
-            .quadrilateral(edge)
-            .map(|corner| topology.leaving(corner).count());
-        from + to > left + right + 2
     }
 }
 

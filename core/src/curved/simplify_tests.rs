@@ -4,7 +4,7 @@ use super::*;
 use crate::curved::patch::{CORNERS, CubicPatch};
 use crate::mesh::Mesh;
 use crate::space::distance::squared_to_triangle;
-use crate::topology::half_edges::edges_of;
+use crate::topology::half_edges::{NONE, edges_of};
 
 const SIDE: u32 = 9;
 

@@ -23,6 +23,9 @@ pub(super) struct Candidate {
     pub(super) curve: FittedCurve,
 }
 
+/// What a vertex's pairs become, those that deviate least first.
+pub(super) type Candidates = SmallVec<[Candidate; 3]>;
+
 /// How far a plan may go beyond one vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reach {
@@ -49,8 +52,8 @@ pub(super) fn is_star(ring: &Ring) -> bool {
 
 impl Simplifier {
     /// What a vertex's pairs become, those that deviate least first.
-    pub(super) fn candidates(&self, ring: &Ring) -> SmallVec<[Candidate; 5]> {
-        let mut candidates: SmallVec<[Candidate; 5]> = pairs_in(ring, self.angle)
+    pub(super) fn found_candidates(&self, ring: &Ring) -> Candidates {
+        let mut candidates: Candidates = pairs_in(ring, self.angle)
             .into_iter()
             .filter_map(|pair| {
                 let [mut left, right] = pair.places.map(|place| self.points_at(ring, place));
@@ -317,14 +320,17 @@ impl Simplifier {
     /// Removes a vertex between two ends, if they are a mergeable pair of it: where it was on the way from the first to the
     /// second, and the pair's side that does not see `vertex`.
     fn remove_between(&self, plan: &mut Plan, middle: u32, ends: [u32; 2], vertex: u32) -> Option<(On, SideOf)> {
-        let ring = self.surface.ring(middle);
-        let candidates = self.candidates(&ring);
+        if self.is_stale[middle as usize] {
+            return None;
+        }
+        let candidates = &self.candidates[middle as usize];
         let [a, b] = ends;
         let is_it = |candidate: &&Candidate| candidate.pair.ends == [a, b] || candidate.pair.ends == [b, a];
         let candidate = candidates.iter().find(is_it)?;
         if candidate.curve.deviation > self.limit {
             return None;
         }
+        let ring = self.surface.ring(middle);
         let on = self.add_removal(plan, middle, &ring, candidate)?;
         let place = ring.ends.iter().position(|&end| end == vertex)?;
         let [first, second] = self.sides(&ring, &candidate.pair, on);

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::plan::Tag;
+use super::search::Candidates;
 use super::shared_curves::ROUNDING;
 use super::surface::Surface;
 use crate::curved::model::CurvedModel;
@@ -46,9 +47,13 @@ pub(super) struct Simplifier {
     pub(super) costs: Vec<f64>,
     /// What was last found for each vertex.
     pub(super) found: Vec<f64>,
+    /// What each vertex's pairs become, as of when it was last looked at.
+    pub(super) candidates: Vec<Candidates>,
     pub(super) is_stale: Vec<bool>,
     /// Whether the edges around each vertex were not looked at since they changed.
     pub(super) may_turn: Vec<bool>,
+    /// How many patches there were when nothing could go the last time.
+    pub(super) stuck_at: usize,
     pub(super) angle: f64,
     pub(super) limit: f64,
     /// Vertices removed since the level began.
@@ -67,8 +72,10 @@ impl Simplifier {
             tags: vec![Tag::Undecided; vertices],
             costs: vec![f64::INFINITY; vertices],
             found: vec![0.0; vertices],
+            candidates: vec![Candidates::new(); vertices],
             is_stale: vec![true; vertices],
             may_turn: vec![true; vertices],
+            stuck_at: 0,
             angle: options.angle,
             limit: ROUNDING * largest_coordinate,
             removed: usize::MAX,

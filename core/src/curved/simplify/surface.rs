@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3Swizzles};
 use smallvec::SmallVec;
 
-use super::pieces::{MOST_PIECES, Piece};
+use super::pieces::{Part, Piece};
 use super::plan::{Made, Plan, Side};
 use super::shared_curves::{CurveUse, Frame, RecordedPatch, levels_of};
 use crate::curved::levels::CurvedLevels;
@@ -19,8 +19,10 @@ pub(super) struct Surface {
     curve_of: Vec<CurveUse>,
     /// Of each place for a patch: where it stands among all patches.
     log_of: Vec<u32>,
-    /// Of each place: what its patch stands for; nothing where that is its own piece.
-    pieces: Vec<Vec<Piece>>,
+    /// Of each place: what its patch stands for.
+    pub(super) pieces: Vec<Vec<Piece>>,
+    /// All parts of the model that ever were a piece.
+    pub(super) parts: Vec<Part>,
     /// All patches that ever were.
     log: Vec<RecordedPatch>,
     pub(super) patch_count: usize,
@@ -41,7 +43,8 @@ impl Surface {
             },
             curve_of: vec![CurveUse::new(0, false); is_crease.len()],
             log_of: (0..patches.len() as u32).collect(),
-            pieces: vec![Vec::new(); patches.len()],
+            pieces: (0..patches.len() as u32).map(|part| vec![Piece::whole(part)]).collect(),
+            parts: Vec::with_capacity(patches.len()),
             log: Vec::with_capacity(3 * patches.len()),
             patch_count: patches.len(),
             level: 0,
@@ -80,10 +83,12 @@ impl Surface {
             died: u32::MAX,
         };
         // A model whose patches do not quite agree on what they share is not left without a word.
-        patch.error = self
-            .frame
-            .patch(patch.corners, patch.curves, patch.centre)
-            .deviation(given);
+        let points = self.frame.patch(patch.corners, patch.curves, patch.centre);
+        patch.error = points.deviation(given);
+        self.parts.push(Part {
+            points,
+            error: patch.error,
+        });
         self.log.push(patch);
     }
 
@@ -116,15 +121,6 @@ impl Surface {
         let centre = self.log[self.log_of[edge as usize / 3] as usize].centre;
         let corners = edges.map(|edge| self.topology.origin(edge));
         self.frame.patch(corners, edges.map(|edge| self.curve(edge)), centre)
-    }
-
-    /// What a patch stands for.
-    pub(super) fn pieces_of(&self, slot: u32, mut each: impl FnMut(&Piece)) {
-        let pieces = &self.pieces[slot as usize];
-        if pieces.is_empty() {
-            each(&Piece::whole(self.patch_at(3 * slot), self.error(slot)));
-        }
-        pieces.iter().for_each(each);
     }
 
     pub(super) fn ring(&self, vertex: u32) -> Ring {
@@ -216,9 +212,6 @@ impl Surface {
             died: u32::MAX,
         });
         let mut pieces = made.pieces;
-        if pieces.len() > MOST_PIECES {
-            return;
-        }
         for piece in &mut pieces {
             piece.at = piece.at.map(|at| turned(at, turn));
         }
