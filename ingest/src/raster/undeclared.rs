@@ -39,8 +39,10 @@ const HUGE: f64 = 1e29;
 const FAR: f64 = 500.0;
 /// Different values that are kept at each end.
 const ENDS: usize = 8;
-/// Samples that a file is looked through for; of larger ones every second block, or third, …
+/// Samples that a file is looked through for; of larger ones every second piece, or third, …
 const LOOKED_AT: usize = 1 << 26;
+/// Samples of a piece, at most, if a block has not more. In many small ones, a file in an archive is unpacked again and again.
+const AT_ONCE: usize = 1 << 20;
 
 /// The stored values that stand for voids in a file.
 pub(super) struct Voids {
@@ -102,12 +104,13 @@ impl Voids {
 fn look_through(file: &Looked) -> Result<(Ends, bool), ReadError> {
     let [columns, rows] = file.size;
     let [_, block_rows] = file.block;
-    let starts = (0..rows).step_by(block_rows);
+    let tall = (AT_ONCE / (columns * block_rows)).max(1) * block_rows;
+    let starts = (0..rows).step_by(tall);
     let every = (columns * rows).div_ceil(LOOKED_AT);
     let mut ends = Ends::default();
     for start in starts.step_by(every) {
         for columns in pieces(columns, file.block) {
-            let rows = start..(start + block_rows).min(rows);
+            let rows = start..(start + tall).min(rows);
             file.reader
                 .stored(columns, rows)?
                 .into_iter()
@@ -117,9 +120,9 @@ fn look_through(file: &Looked) -> Result<(Ends, bool), ReadError> {
     Ok((ends, every == 1))
 }
 
-/// Whole blocks, of a million samples at most where a block has not more.
+/// Whole blocks side by side.
 fn pieces(columns: usize, [width, height]: [usize; 2]) -> impl Iterator<Item = Range<usize>> {
-    let wide = ((1 << 20) / (width * height)).max(1) * width;
+    let wide = (AT_ONCE / (width * height)).max(1) * width;
     (0..columns)
         .step_by(wide)
         .map(move |start| start..(start + wide).min(columns))

@@ -1,8 +1,20 @@
 //! Two curves become one.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::curved::merging;
+use crate::curved::patterns::MergeablePair;
+
+/// A mergeable pair and the curve that it becomes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) pair: MergeablePair,
+    pub(super) curve: FittedCurve,
+}
+
+/// What a vertex's pairs become, those that deviate least first.
+pub(super) type Candidates = SmallVec<[Candidate; 3]>;
 
 /// A curve that two others become.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use super::curves::{self, FittedCurve};
+use super::curves::{self, Candidate, Candidates, FittedCurve};
 use super::plan::{self, Crossing, NewCurve, On, Plan, Side, SideOf, Tag};
 use super::shared_curves::CurveUse;
 use super::state::Simplifier;
@@ -15,16 +15,6 @@ const MOST_REMOVED: usize = 16;
 
 /// Diagonals that cross nearer to an end, as a share of their length, are not swapped.
 const NEAR_AN_END: f64 = 0.05;
-
-/// A mergeable pair and the curve that it becomes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub(super) pair: MergeablePair,
-    pub(super) curve: FittedCurve,
-}
-
-/// What a vertex's pairs become, those that deviate least first.
-pub(super) type Candidates = SmallVec<[Candidate; 3]>;
 
 /// How far a plan may go beyond one vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::curves::Candidates;
 use super::plan::Tag;
-use super::search::Candidates;
 use super::shared_curves::ROUNDING;
 use super::surface::Surface;
 use crate::curved::model::CurvedModel;
