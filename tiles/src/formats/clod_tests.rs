@@ -39,6 +39,15 @@ pub(crate) fn hills(side: u32) -> CurvedLevels {
     simplify(model, &Options::default(), |_| ())
 }
 
+/// Of the box around all control points of all levels.
+fn longest_side(levels: &CurvedLevels) -> f64 {
+    let patches = (0..levels.len()).flat_map(|level| levels.level(level));
+    let points: Vec<DVec3> = patches.flat_map(|patch| patch.patch.points).collect();
+    let low = points.iter().copied().reduce(DVec3::min).unwrap();
+    let high = points.iter().copied().reduce(DVec3::max).unwrap();
+    (high - low).max_element()
+}
+
 fn back(bytes: &[u8]) -> Result<CurvedLevels, CurvedError> {
     decode(bytes, &CurvedLimits::default())
 }
@@ -50,7 +59,7 @@ fn every_level_comes_back_within_its_error_and_meets_as_before() {
     for bits in [12, 20, 30] {
         let read = back(&encode(&levels, bits).unwrap()).unwrap();
         assert_eq!(read.len(), levels.len());
-        let step = 12.0 / f64::from(bits).exp2();
+        let step = longest_side(&levels) / f64::from(bits).exp2();
         for level in 0..levels.len() {
             for (given, read) in levels.level(level).zip(read.level(level)) {
                 let moved = given.patch.deviation(&read.patch);
