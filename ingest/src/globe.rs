@@ -217,12 +217,13 @@ impl<'a> Globe<'a> {
             .map(|&height| height.into())
             .collect();
         let mean = there.iter().sum::<f64>() / there.len() as f64;
-        let nearest = self.read_rows(columns, &row)?.heights;
         let beyond = |height: f32| match pole.share {
             0.0 => mean as f32,
             share => (f64::from(height) + (mean - f64::from(height)) / share) as f32,
         };
-        Ok(nearest.into_iter().map(beyond).collect())
+        let around = self.around as i64;
+        let height = |column: usize| all[(column as i64 - BESIDE as i64).rem_euclid(around) as usize];
+        Ok(columns.clone().map(|column| beyond(height(column))).collect())
     }
 }
 

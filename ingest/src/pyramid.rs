@@ -230,9 +230,8 @@ impl<'a> Build<'a> {
             steepest_step: stored.chunks.steepest()?.into(),
             farthest_height: lowest.abs().max(highest.abs()).into(),
         };
-        let seen = Seen::new(self.raster);
-        let raster = seen.raster();
-        let plan = Plan::new(raster.georeference(), raster.size(), relief, self.options);
+        let (georeference, size) = stored.of_samples();
+        let plan = Plan::new(&georeference, size, relief, self.options);
         Ok(Scheduler {
             jobs: Jobs::new(plan, stored),
             tiles: FinishedTiles {

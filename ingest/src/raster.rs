@@ -8,6 +8,7 @@ mod gdal_file;
 mod layout;
 mod mosaic;
 mod options;
+mod pieces;
 mod placement;
 mod raw_file;
 mod reader;
@@ -41,12 +42,11 @@ use crate::progress::Progress;
 use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
 use layout::Layout;
 use mosaic::Mosaic;
+use pieces::{cut, part_size};
 use remark::{HIGHEST, remark, tell};
 use source::Source;
 use vertical::HeightReference;
 
-/// Samples that one reader takes at once: 8 MiB of f64.
-const SAMPLES_AT_ONCE: usize = 1 << 20;
 /// Metres by which files may differ where they overlap without a word.
 const AGREEMENT: f32 = 0.01;
 
@@ -295,23 +295,6 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<HeightGrid, Read
 fn intersection(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     let start = a.start.max(b.start);
     start..a.end.min(b.end).max(start)
-}
-
-/// A range cut where steps counted from `first` begin.
-fn cut(range: &Range<usize>, first: usize, step: usize) -> impl Iterator<Item = Range<usize>> + use<> {
-    let Range { start, end } = *range;
-    let begin = first + (start - first) / step * step;
-    (begin..end)
-        .step_by(step)
-        .map(move |from| from.max(start)..(from + step).min(end))
-}
-
-/// The largest run of whole blocks that stays within [`SAMPLES_AT_ONCE`], in whole rows of blocks where these fit.
-fn part_size(block: [usize; 2], columns: usize) -> [usize; 2] {
-    let blocks_across = (SAMPLES_AT_ONCE / (block[0] * block[1])).clamp(1, columns.div_ceil(block[0]));
-    let width = blocks_across * block[0];
-    let blocks_down = (SAMPLES_AT_ONCE / (width * block[1])).max(1);
-    [width, blocks_down * block[1]]
 }
 
 fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Result<GeoReference, ReadError> {

@@ -67,6 +67,17 @@ impl StoredRaster {
         })
     }
 
+    /// Where the samples are, counted from the first of them, and how many columns and rows they have.
+    pub(crate) fn of_samples(&self) -> (GeoReference, [usize; 2]) {
+        let before = self.chunks.before();
+        let size = Samples::size(&self.chunks);
+        let [columns, rows] = [0, 1].map(|axis| size[axis] - before[axis]);
+        let georeference = self
+            .georeference
+            .window(before.map(|before| before as i64), columns, rows);
+        (georeference, [columns, rows])
+    }
+
     /// What claims are measured against.
     #[must_use]
     pub fn source(&self) -> Source<'_> {

@@ -35,18 +35,7 @@ impl ExrFile {
             size,
             whole: OnceLock::new(),
         };
-        Ok(Found {
-            reader: Box::new(reader),
-            size,
-            block: [size[0].max(1), 1],
-            crs: None,
-            to_crs: None,
-            datum: None,
-            scale: 1.0,
-            offset: 0.0,
-            unit: String::new(),
-            greatest: 1.0,
-        })
+        Ok(Found::bare(reader, size, 1.0))
     }
 
     fn values(&self) -> Result<Vec<f32>, ReadError> {

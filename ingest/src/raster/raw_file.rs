@@ -33,18 +33,7 @@ impl RawFile {
             side,
             is_big_endian,
         };
-        Ok(Found {
-            reader: Box::new(reader),
-            size: [side, side],
-            block: [side.max(1), 1],
-            crs: None,
-            to_crs: None,
-            datum: None,
-            scale: 1.0,
-            offset: 0.0,
-            unit: String::new(),
-            greatest: f64::from(u16::MAX),
-        })
+        Ok(Found::bare(reader, [side, side], f64::from(u16::MAX)))
     }
 }
 

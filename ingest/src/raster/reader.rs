@@ -33,3 +33,21 @@ pub(super) struct Found {
     /// The greatest value that can be stored, 1 for numbers with a fraction.
     pub(super) greatest: f64,
 }
+
+impl Found {
+    /// Of a file that holds nothing but samples, row by row.
+    pub(super) fn bare(reader: impl Reader + 'static, size: [usize; 2], greatest: f64) -> Self {
+        Self {
+            reader: Box::new(reader),
+            size,
+            block: [size[0].max(1), 1],
+            crs: None,
+            to_crs: None,
+            datum: None,
+            scale: 1.0,
+            offset: 0.0,
+            unit: String::new(),
+            greatest,
+        }
+    }
+}

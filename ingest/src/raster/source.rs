@@ -40,8 +40,10 @@ impl Source {
         };
         let [columns, rows] = found.size;
         placement::check_size(path, columns, rows, options.limits.samples)?;
-        let mut layout = layout(path, &found, options)?;
-        let (scale, offset) = to_metres(&mut layout, &found, reading, options);
+        let said = options.overrides.crs.as_deref().map(crs::from_user).transpose()?;
+        let reference = said.as_ref().or(found.crs.as_ref());
+        let mut layout = layout(path, &found, reference, options)?;
+        let (scale, offset) = to_metres(&mut layout, &found, reference, reading);
         Ok(Self {
             layout,
             block: found.block,
@@ -115,15 +117,18 @@ fn check_name(path: &Path) -> Result<(), ReadError> {
     }
 }
 
-fn layout(path: &Path, found: &Found, options: &ReadOptions) -> Result<Layout, ReadError> {
+fn layout(
+    path: &Path,
+    found: &Found,
+    reference: Option<&SpatialRef>,
+    options: &ReadOptions,
+) -> Result<Layout, ReadError> {
     let overrides = &options.overrides;
     let [columns, rows] = found.size;
     if let Some(pixel) = overrides.reading.pixel_size {
         let heights = HeightReference::of_file(path, None, None, &overrides.vertical)?;
         return Ok(Layout::local(path, found.size, pixel, heights));
     }
-    let said = overrides.crs.as_deref().map(crs::from_user).transpose()?;
-    let reference = said.as_ref().or(found.crs.as_ref());
     let reference = reference.ok_or_else(|| ReadError::NoCrs(path.to_owned()))?;
     let to_crs = match overrides.bounds {
         Some(bounds) => placement::from_bounds(bounds, columns, rows)?,
@@ -135,16 +140,10 @@ fn layout(path: &Path, found: &Found, options: &ReadOptions) -> Result<Layout, R
 }
 
 /// Scale and offset from stored values to metres.
-fn to_metres(layout: &mut Layout, found: &Found, reading: &Reading, options: &ReadOptions) -> (f64, f64) {
+fn to_metres(layout: &mut Layout, found: &Found, reference: Option<&SpatialRef>, reading: &Reading) -> (f64, f64) {
     if let Some([lowest, highest]) = reading.height_range {
         return ((highest - lowest) / found.greatest, lowest);
     }
-    let said = options
-        .overrides
-        .crs
-        .as_deref()
-        .and_then(|crs| crs::from_user(crs).ok());
-    let reference = said.as_ref().or(found.crs.as_ref());
     let of_crs = reference.and_then(|reference| of_either(reference, found, crs::vertical_unit));
     let (metres, remarks) = units::of_heights(&found.unit, of_crs, reading.unit, found.scale);
     layout.remarks.extend(remarks);

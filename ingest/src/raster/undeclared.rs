@@ -7,11 +7,11 @@
 //! ```
 //! A file is looked through before its first sample is given to anyone, so that what is void does not depend on what is read of it.
 
-use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::ReadError;
+use super::pieces::{cut, part_size};
 use super::reader::Reader;
 use crate::progress::Progress;
 
@@ -41,8 +41,6 @@ const FAR: f64 = 500.0;
 const ENDS: usize = 8;
 /// Samples that a file is looked through for; of larger ones every second piece, or third, …
 const LOOKED_AT: usize = 1 << 26;
-/// Samples of a piece, at most, if a block has not more. In many small ones, a file in an archive is unpacked again and again.
-const AT_ONCE: usize = 1 << 20;
 
 /// The stored values that stand for voids in a file.
 pub(super) struct Voids {
@@ -103,29 +101,19 @@ impl Voids {
 /// The ends of a file's values, and whether all of it was looked at.
 fn look_through(file: &Looked) -> Result<(Ends, bool), ReadError> {
     let [columns, rows] = file.size;
-    let [_, block_rows] = file.block;
-    let tall = (AT_ONCE / (columns * block_rows)).max(1) * block_rows;
-    let starts = (0..rows).step_by(tall);
+    // In many small pieces, a file in an archive would be unpacked again and again.
+    let [width, height] = part_size(file.block, columns);
     let every = (columns * rows).div_ceil(LOOKED_AT);
     let mut ends = Ends::default();
-    for start in starts.step_by(every) {
-        for columns in pieces(columns, file.block) {
-            let rows = start..(start + tall).min(rows);
+    for rows in cut(&(0..rows), 0, height).step_by(every) {
+        for columns in cut(&(0..columns), 0, width) {
             file.reader
-                .stored(columns, rows)?
+                .stored(columns, rows.clone())?
                 .into_iter()
                 .for_each(|value| ends.add(value));
         }
     }
     Ok((ends, every == 1))
-}
-
-/// Whole blocks side by side.
-fn pieces(columns: usize, [width, height]: [usize; 2]) -> impl Iterator<Item = Range<usize>> {
-    let wide = (AT_ONCE / (width * height)).max(1) * width;
-    (0..columns)
-        .step_by(wide)
-        .map(move |start| start..(start + wide).min(columns))
 }
 
 /// The lowest and the highest different values, each with how often it occurs.
