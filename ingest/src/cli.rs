@@ -102,7 +102,7 @@ pub(crate) enum Command {
 /// The main job: an archive of tiles.
 #[derive(Args)]
 pub(crate) struct BuildArgs {
-    /// Elevation rasters; several must share CRS, cell size and alignment, and become one surface.
+    /// Elevation rasters; several become one surface, whatever their cells and coordinate reference systems.
     #[arg(value_name = "DEM", required = true)]
     pub(crate) dems: Vec<PathBuf>,
     /// Archive to write; the first DEM's name with .pmtiles, in the current folder, if not given.
@@ -190,7 +190,7 @@ pub(crate) struct UpdateArgs {
 #[derive(Args)]
 #[command(after_help = PLAN_EXAMPLES)]
 pub(crate) struct PlanArgs {
-    /// Elevation rasters; several must share CRS, cell size and alignment, and become one surface.
+    /// Elevation rasters; several become one surface, whatever their cells and coordinate reference systems.
     #[arg(value_name = "DEM", required = true)]
     pub(crate) dems: Vec<PathBuf>,
     /// The store that all machines share: a folder, or a bucket as s3://bucket/path, gs://… or az://….
@@ -407,6 +407,25 @@ pub(crate) struct RasterArgs {
     /// Read virtual rasters (.vrt), and every file and address that they name.
     #[arg(long)]
     pub(crate) allow_vrt: bool,
+    /// Raster below and around all others, where these have no height; several are asked in their order.
+    #[arg(long, value_name = "DEM", num_args = 1..)]
+    pub(crate) underlay: Vec<PathBuf>,
+    /// How far underlays reach beyond the other rasters; if not given, by half of their width and height on each side.
+    #[arg(long, value_name = "METRES", requires = "underlay", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) around: Option<f64>,
+    /// How far from a joint a raster is bent to meet one that counts before it where both differ, 0 for not at all; if not given,
+    /// five of its cells, or a hundred of the finest raster's if that is less.
+    #[arg(long, value_name = "METRES", value_parser = not_negative, allow_negative_numbers = true)]
+    pub(crate) blend: Option<f64>,
+    /// Which raster counts where several have a height.
+    #[arg(long, value_enum, default_value = "resolution")]
+    pub(crate) priority: Priority,
+    /// What becomes of voids that no raster has a height for.
+    #[arg(long, value_enum, default_value = "hole")]
+    pub(crate) voids: VoidPolicy,
+    /// The widest void that --voids fill fills; if not given, forty cells.
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) fill_width: Option<f64>,
     /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
     /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
     /// says.
@@ -455,6 +474,24 @@ impl From<ReaderName> for RasterReader {
             ReaderName::Exr => Self::Exr,
         }
     }
+}
+
+/// Which raster counts.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Priority {
+    /// The one with the finest cells, of equally fine ones the first.
+    Resolution,
+    /// The first.
+    Order,
+}
+
+/// What becomes of voids.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum VoidPolicy {
+    /// They stay holes.
+    Hole,
+    /// They are filled, smoothly from their rims; outer rims stay where they are.
+    Fill,
 }
 
 /// What heights are above.
@@ -517,6 +554,15 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(number)
     } else {
         Err("must be a number above 0".to_owned())
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if number >= 0.0 && number.is_finite() {
+        Ok(number)
+    } else {
+        Err("must be 0 or a number above it".to_owned())
     }
 }
 
