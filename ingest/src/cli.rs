@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_ingest::pyramid::Job;
 use terrain_ingest::raster;
-use terrain_tiles::metadata::{HeightsAbove, RasterReader};
+use terrain_tiles::metadata::{HeightsAbove, OutsidePolicy, RasterReader};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -125,6 +125,9 @@ pub(crate) struct TileArgs {
     /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
+    /// What CesiumJS and its kin see where nothing was measured, around the data and in their holes.
+    #[arg(long, value_enum, default_value = "extend")]
+    pub(crate) outside: OutsideName,
     #[command(flatten)]
     pub(crate) surface: SurfaceArgs,
 }
@@ -483,6 +486,31 @@ pub(crate) enum Priority {
     Resolution,
     /// The first.
     Order,
+}
+
+/// What is where nothing was measured.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum OutsideName {
+    /// The ellipsoid, with walls up to the data.
+    Ellipsoid,
+    /// The sea level, with walls up to the data.
+    Geoid,
+    /// Ground that goes on from the edge of the data without a wall, and comes down to the ellipsoid as far away as the data are
+    /// wide.
+    Extend,
+    /// Nothing: tiles end where the data do.
+    None,
+}
+
+impl From<OutsideName> for OutsidePolicy {
+    fn from(name: OutsideName) -> Self {
+        match name {
+            OutsideName::Ellipsoid => Self::Ellipsoid,
+            OutsideName::Geoid => Self::Geoid,
+            OutsideName::Extend => Self::Extend,
+            OutsideName::None => Self::None,
+        }
+    }
 }
 
 /// What becomes of voids.

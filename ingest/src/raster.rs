@@ -3,7 +3,6 @@
 mod between;
 mod composition;
 mod crs;
-mod distances;
 mod drivers;
 mod error;
 mod exr_file;
@@ -18,7 +17,6 @@ mod reader;
 mod record;
 mod remark;
 mod source;
-mod spread;
 mod tiff_file;
 mod undeclared;
 mod units;
@@ -39,8 +37,8 @@ pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
-pub(crate) use vertical::UNSPECIFIED;
 pub use vertical::undulations;
+pub(crate) use vertical::{SeaLevel, UNSPECIFIED};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;

@@ -111,9 +111,9 @@ impl Tileset {
             Some(bytes) => {
                 let tile = spt::decode(&bytes, &LevelLimits::default())
                     .map_err(|error| Failure::internal(format!("tile {address} of “{}”: {error}", self.name)))?;
-                Ok(QuantizedMesh::from_tile(&tile))
+                Ok(QuantizedMesh::from_tile(&tile, &self.metadata().outside))
             }
-            None if address.zoom == 0 => Ok(QuantizedMesh::ellipsoid(address)),
+            None if address.zoom == 0 => Ok(QuantizedMesh::unmeasured(address, &self.metadata().outside)),
             None => Err(self.no_tile(address)),
         }
     }

@@ -27,5 +27,6 @@ pub mod formats;
 pub mod layer_json;
 pub mod metadata;
 pub mod new_file;
+pub mod outside;
 pub mod progressive;
 pub mod tile;

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::outside::Outside;
+
 /// Name of the format in the metadata of an archive.
 pub const FORMAT: &str = "surface-partition-tiles";
 /// Version of the archive's layout; the tile format has its own.
@@ -34,6 +36,9 @@ pub struct Metadata {
     pub plan: String,
     /// What the tiles were made from.
     pub source: Source,
+    /// What is where nothing was measured.
+    #[serde(default)]
+    pub outside: Outside,
     /// Name and version of the program that wrote the archive.
     pub generator: String,
     /// One entry a zoom, from `min_zoom` to `max_zoom`.
@@ -57,6 +62,24 @@ pub struct Asked {
     /// How samples were read.
     #[serde(default)]
     pub reading: Reading,
+    /// What was to be where nothing was measured.
+    #[serde(default)]
+    pub outside: OutsidePolicy,
+}
+
+/// What is to be where nothing was measured; [`Outside`] has the heights of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutsidePolicy {
+    /// The ellipsoid.
+    #[default]
+    Ellipsoid,
+    /// The sea level.
+    Geoid,
+    /// Ground that goes on from the edge of the data.
+    Extend,
+    /// Nothing.
+    None,
 }
 
 /// How samples are read, where it is not as rasters say of themselves.

@@ -8,9 +8,9 @@
 
 use std::ops::Range;
 
-use super::distances::distances;
-use super::spread::Values;
+use crate::distances::distances;
 use crate::samples::Faults;
+use crate::spread::Values;
 
 /// Metres by which files may differ where they overlap without being bent.
 pub(super) const AGREEMENT: f32 = 0.01;

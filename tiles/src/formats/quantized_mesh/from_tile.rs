@@ -6,24 +6,25 @@ use super::square::{self, CompletedSquare};
 use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic, plan_area};
 use crate::address::{Side, TileAddress};
 use crate::ellipsoid::{normal, to_earth_centred};
+use crate::outside::Outside;
 use crate::tile::Tile;
 
 impl QuantizedMesh {
-    /// The finest surface of `tile`, completed to its whole square at height 0.
+    /// The finest surface of `tile`, completed to its whole square by what is `outside`.
     #[must_use]
-    pub fn from_tile(tile: &Tile) -> Self {
+    pub fn from_tile(tile: &Tile, outside: &Outside) -> Self {
         let mesh = tile.surface(tile.finest());
         Self::from_surface(
             tile.address,
-            square::complete(&mesh, tile.extent_bits, tile.address.zoom),
+            square::complete(&mesh, tile.extent_bits, tile.address, outside),
         )
     }
 
-    /// The bare ellipsoid over the square of `address`: height 0, nothing measured.
+    /// What is `outside` over the square of `address`, where nothing is measured.
     #[must_use]
-    pub fn ellipsoid(address: TileAddress) -> Self {
+    pub fn unmeasured(address: TileAddress, outside: &Outside) -> Self {
         let nothing = terrain_core::Mesh::default();
-        Self::from_surface(address, square::complete(&nothing, 1, address.zoom))
+        Self::from_surface(address, square::complete(&nothing, 1, address, outside))
     }
 
     fn from_surface(address: TileAddress, surface: CompletedSquare) -> Self {

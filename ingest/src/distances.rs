@@ -5,7 +5,7 @@
 
 /// Distances in metres, row by row, from each sample of a rectangle to the nearest one that is `marked`; infinite where none is.
 /// `cell` is metres from column to column and from row to row.
-pub(super) fn distances(marked: &[bool], columns: usize, cell: [f64; 2]) -> Vec<f32> {
+pub(crate) fn distances(marked: &[bool], columns: usize, cell: [f64; 2]) -> Vec<f32> {
     let rows = marked.len() / columns;
     let mut squares = vec![f64::INFINITY; marked.len()];
     for column in 0..columns {

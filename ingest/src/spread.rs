@@ -4,16 +4,16 @@
 
 /// Values row by row, NaN where there are none, and the place of the first one by which squares are counted: what comes out at a
 /// place does not depend on the rectangle, if that reaches twice the largest square farther on all sides.
-pub(super) struct Values {
-    pub(super) first: [i64; 2],
-    pub(super) columns: usize,
-    pub(super) rows: usize,
-    pub(super) values: Vec<f32>,
+pub(crate) struct Values {
+    pub(crate) first: [i64; 2],
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    pub(crate) values: Vec<f32>,
 }
 
 impl Values {
     /// The same with values everywhere within reach of squares of 2^`levels`.
-    pub(super) fn spread(&self, levels: u32) -> Vec<f32> {
+    pub(crate) fn spread(&self, levels: u32) -> Vec<f32> {
         if levels == 0 || self.values.iter().all(|value| value.is_nan()) {
             return self.values.clone();
         }
