@@ -1,8 +1,10 @@
 //! What is drawn where nothing was measured, by clients that need a surface everywhere.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::address::TileAddress;
+use crate::ellipsoid::{self, Geodetic};
 
 /// What is beside the data and in their holes: a function of the place alone, so that all tiles agree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -45,6 +47,34 @@ impl Outside {
         }
     }
 
+    /// The same at coordinates of 0 … `extent` in a tile.
+    pub(crate) fn height_in(&self, address: TileAddress, place: [u16; 2], extent: u16) -> f64 {
+        let [longitude, latitude] = degrees(address, place, extent);
+        self.height(longitude, latitude)
+    }
+
+    /// The Earth-centred unit normal there.
+    pub(crate) fn normal(&self, address: TileAddress, place: [u16; 2], extent: u16) -> DVec3 {
+        let [longitude, latitude] = degrees(address, place, extent);
+        let Some(detail) = self.detail() else {
+            return ellipsoid::normal(longitude, latitude);
+        };
+        let at = |east: f64, north: f64| {
+            let (longitude, latitude) = (longitude + east, (latitude + north).clamp(-90.0, 90.0));
+            let height = self.height(longitude, latitude);
+            ellipsoid::to_earth_centred(Geodetic {
+                longitude,
+                latitude,
+                height,
+            })
+        };
+        let half = detail / 2.0;
+        let across = at(half, 0.0) - at(-half, 0.0);
+        let up = at(0.0, half) - at(0.0, -half);
+        let normal = across.cross(up).try_normalize();
+        normal.unwrap_or_else(|| ellipsoid::normal(longitude, latitude))
+    }
+
     /// Whether it goes on from the data, at the heights that these have at their edge.
     pub(crate) fn meets_data(&self) -> bool {
         matches!(self, Self::Extend { .. })
@@ -57,6 +87,11 @@ impl Outside {
             Self::Geoid { field } | Self::Extend { field } => Some(field.steps()[0].min(field.steps()[1])),
         }
     }
+}
+
+fn degrees(address: TileAddress, [u, v]: [u16; 2], extent: u16) -> [f64; 2] {
+    let at = |coordinate: u16| f64::from(coordinate) / f64::from(extent) * address.degrees();
+    [address.west() + at(u), address.south() + at(v)]
 }
 
 impl HeightField {
@@ -90,12 +125,6 @@ impl HeightField {
         let along = |y: usize| node(0, y) + (node(1, y) - node(0, y)) * across;
         along(0) + (along(1) - along(0)) * up
     }
-}
-
-/// Metres where nothing was measured, by coordinates of a tile of 0 … `extent`.
-pub(crate) fn height_in(outside: &Outside, address: TileAddress, [u, v]: [u16; 2], extent: u16) -> f64 {
-    let at = |coordinate: u16| f64::from(coordinate) / f64::from(extent) * address.degrees();
-    outside.height(address.west() + at(u), address.south() + at(v))
 }
 
 #[cfg(test)]

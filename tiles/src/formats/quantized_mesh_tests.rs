@@ -76,7 +76,7 @@ fn hills(x: f64, y: f64) -> f64 {
 
 /// Encodes, decodes, validates; returns what was decoded.
 fn through_bytes(tile: &Tile) -> QuantizedMesh {
-    let mesh = QuantizedMesh::from_tile(tile, &Outside::Ellipsoid);
+    let mesh = QuantizedMesh::from_tile(tile, &[], &Outside::Ellipsoid);
     assert_eq!(validate(&mesh, tile.address), Ok(()));
     let decoded = decode(&encode(&mesh, true), &QuantizedMeshLimits::default()).unwrap();
     assert_eq!(decoded, mesh);
@@ -602,7 +602,7 @@ fn ground_that_goes_on_meets_the_data_without_a_wall() {
     let island = |column: usize, row: usize| (3..9).contains(&column) && (2..7).contains(&row);
     let mesh = grid(&even(16, extent), &even(9, extent), hills, island);
     let outside = around(address);
-    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &outside);
+    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &outside);
     assert_eq!(validate(&quantized, address), Ok(()));
     let measured = quantized.measured_triangles.unwrap() as usize;
     assert!(measured < quantized.triangles.len());
@@ -611,7 +611,7 @@ fn ground_that_goes_on_meets_the_data_without_a_wall() {
     let height = |index: u32| quantized.geodetic(address, index as usize).height;
     let corners = quantized.edges.iter().flatten().map(|&vertex| height(vertex));
     assert!(corners.clone().all(|height| (404.0..411.0).contains(&height)));
-    let walled = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &Outside::Ellipsoid);
+    let walled = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &Outside::Ellipsoid);
     let walls = walled
         .triangles
         .iter()
@@ -624,7 +624,7 @@ fn without_an_outside_there_is_only_what_was_measured() {
     let address = address(10, 300, 700);
     let extent = 32_768.0;
     let mesh = grid(&even(16, extent), &even(9, extent), hills, |column, _| column < 5);
-    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &Outside::None);
+    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &Outside::None);
     assert_eq!(quantized.measured_triangles, Some(quantized.triangles.len() as u32));
     assert_eq!(quantized.triangles.len(), mesh.triangles.len());
     assert!(QuantizedMesh::unmeasured(address, &Outside::None).triangles.is_empty());

@@ -16,12 +16,13 @@
 
 use std::collections::{HashMap, HashSet};
 
+use glam::DVec3;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use terrain_core::Mesh;
 
 use super::EXTENT;
 use crate::address::TileAddress;
-use crate::outside::{Outside, height_in};
+use crate::outside::Outside;
 
 /// Cells along a tile's side in which it is looked up what is outside, at most.
 const MOST_CELLS: f64 = 64.0;
@@ -32,6 +33,8 @@ pub(super) struct Point {
     pub(super) u: u16,
     pub(super) v: u16,
     pub(super) height: f64,
+    /// Earth-centred unit normal, of measured ones.
+    pub(super) normal: Option<DVec3>,
 }
 
 /// A surface over the whole square.
@@ -44,9 +47,16 @@ pub(super) struct CompletedSquare {
     pub(super) measured: u32,
 }
 
-/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, to the whole square of a tile by what is `outside`.
-pub(super) fn complete(mesh: &Mesh, extent_bits: u8, address: TileAddress, outside: &Outside) -> CompletedSquare {
-    let (mut points, triangles) = snap(mesh, extent_bits);
+/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, with a normal for each vertex, to the whole square of a tile by what
+/// is `outside`.
+pub(super) fn complete(
+    mesh: &Mesh,
+    normals: &[DVec3],
+    extent_bits: u8,
+    address: TileAddress,
+    outside: &Outside,
+) -> CompletedSquare {
+    let (mut points, triangles) = snap(mesh, normals, extent_bits);
     let outline = Outline::of(&points, &mesh.triangles, &triangles);
     let whole = outline.is_the_square();
     if whole
@@ -57,7 +67,7 @@ pub(super) fn complete(mesh: &Mesh, extent_bits: u8, address: TileAddress, outsi
         // Its triangles cover their border's inside once: there is nothing to mend.
         return CompletedSquare::measured(points, triangles);
     }
-    let height = |[u, v]: [u16; 2]| height_in(outside, address, [u, v], EXTENT);
+    let height = |[u, v]: [u16; 2]| outside.height_in(address, [u, v], EXTENT);
     let has_ground = !whole && *outside != Outside::None;
     if has_ground {
         let cells = ground_cells(address, outside.detail());
@@ -65,6 +75,7 @@ pub(super) fn complete(mesh: &Mesh, extent_bits: u8, address: TileAddress, outsi
             u,
             v,
             height: height([u, v]),
+            normal: None,
         }));
     }
     let faces = triangulate(&points, &outline.edges, &triangles);
@@ -101,7 +112,7 @@ impl CompletedSquare {
 /// The points that the mesh's triangles use, rounded, and the triangles on them. Where several vertices fall on one
 /// place, the first from the west, then from the south, gives the height: along a side that is the same one for both
 /// tiles.
-fn snap(mesh: &Mesh, extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
+fn snap(mesh: &Mesh, normals: &[DVec3], extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
     let position = |vertex: u32| mesh.positions[vertex as usize];
     let mut used = mesh.triangles.as_flattened().to_vec();
     used.sort_by(|&a, &b| {
@@ -113,10 +124,10 @@ fn snap(mesh: &Mesh, extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
     let mut places = HashMap::new();
     let mut numbers = vec![0; mesh.positions.len()];
     for vertex in used {
-        let height = position(vertex).z;
+        let (height, normal) = (position(vertex).z, Some(normals[vertex as usize]));
         let [u, v] = [position(vertex).x, position(vertex).y].map(|coordinate| round(coordinate, extent_bits));
         numbers[vertex as usize] = *places.entry((u, v)).or_insert_with(|| {
-            points.push(Point { u, v, height });
+            points.push(Point { u, v, height, normal });
             points.len() as u32 - 1
         });
     }
@@ -224,7 +235,7 @@ impl Outline {
 fn ground_points(outline: &Outline, cells: u32) -> impl Iterator<Item = [u16; 2]> {
     let at = move |index: u32| ((index * u32::from(EXTENT) + cells / 2) / cells) as u16;
     let grid = (0..=cells).flat_map(move |row| (0..=cells).map(move |column| [at(column), at(row)]));
-    grid.filter(|&[u, v]| outline.winding(triple(Point { u, v, height: 0.0 })) == Some(0))
+    grid.filter(|&[u, v]| outline.winding((i64::from(u) * 3, i64::from(v) * 3)) == Some(0))
 }
 
 /// The same in all tiles of a zoom: cells are 5.6° wide at zoom 0 and shrink to a tile at zoom 10, where they bulge 4 m; or as wide as
@@ -274,7 +285,11 @@ fn join(
             return top;
         }
         *feet.entry(top).or_insert_with(|| {
-            points.push(Point { height, ..point });
+            points.push(Point {
+                height,
+                normal: None,
+                ..point
+            });
             points.len() as u32 - 1
         })
     };
