@@ -12,7 +12,7 @@ use flate2::write::GzEncoder;
 use moka::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::formats::quantized_mesh::{self, QuantizedMesh};
+use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh};
 use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::Metadata;
@@ -38,7 +38,7 @@ pub(crate) enum Form {
     /// As it is in the archive.
     Progressive,
     /// For CesiumJS and others.
-    QuantizedMesh { normals: bool, gzip: bool },
+    QuantizedMesh { extensions: Extensions, gzip: bool },
 }
 
 /// Which tile is wanted, and how.
@@ -85,11 +85,11 @@ impl Tileset {
                 .stored(request.address)?
                 .map(Bytes::from)
                 .ok_or_else(|| self.no_tile(request.address)),
-            Form::QuantizedMesh { normals, gzip } => {
+            Form::QuantizedMesh { extensions, gzip } => {
                 if let Some(bytes) = self.encoded.get(request) {
                     return Ok(bytes);
                 }
-                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address)?, normals);
+                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address)?, extensions);
                 let bytes = Bytes::from(if gzip {
                     compress(&bytes).map_err(Failure::internal)?
                 } else {
@@ -130,7 +130,7 @@ impl TileRequest {
         let form = match ending {
             "spt" => Form::Progressive,
             "terrain" => Form::QuantizedMesh {
-                normals: wants_normals(query, headers),
+                extensions: asked_extensions(query, headers),
                 gzip: accepts_gzip(headers),
             },
             _ => {
@@ -157,7 +157,7 @@ impl TileRequest {
 }
 
 /// Clients ask for extensions in the query or in any part of their Accept header: `extensions=a-b`.
-fn wants_normals(query: &str, headers: &HeaderMap) -> bool {
+fn asked_extensions(query: &str, headers: &HeaderMap) -> Extensions {
     let accepted = headers
         .get_all(header::ACCEPT)
         .into_iter()
@@ -165,9 +165,10 @@ fn wants_normals(query: &str, headers: &HeaderMap) -> bool {
     let lists = accepted
         .chain([query])
         .flat_map(|text| text.split("extensions=").skip(1));
-    lists
+    let names = lists
         .filter_map(|rest| rest.split([',', ';', '&', ' ']).next())
-        .any(|list| list.split('-').any(|name| name == "octvertexnormals"))
+        .flat_map(|list| list.split('-'));
+    Extensions::named(names)
 }
 
 fn compress(bytes: &[u8]) -> io::Result<Vec<u8>> {

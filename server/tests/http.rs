@@ -207,14 +207,17 @@ async fn layer_json_names_only_tiles_that_exist() {
 #[tokio::test]
 async fn a_tile_is_measured_in_the_middle_and_ground_around_it() {
     let service = Service::new();
-    let reply = service.get("/square/1/0/0.terrain").await;
+    let reply = service.get("/square/1/0/0.terrain?extensions=measuredtriangles").await;
     assert_eq!(reply.header(header::CONTENT_TYPE), "application/vnd.quantized-mesh");
     let mesh = reply.mesh();
     assert_eq!(mesh.measured_triangles, Some(2));
     assert!(mesh.triangles.len() > 500);
     let height = |index| mesh.geodetic(address(1, 0, 0), index).height;
     assert_eq!(mesh.triangles[0].map(|index| height(index as usize)), [500.0; 3]);
-    let empty = service.get("/square/0/1/0.terrain").await.mesh();
+    let empty = service
+        .get("/square/0/1/0.terrain?extensions=measuredtriangles")
+        .await
+        .mesh();
     assert_eq!((empty.measured_triangles, empty.heights), (Some(0), [0.0, 0.0]));
 }
 
@@ -241,23 +244,18 @@ async fn terrain_is_gzipped_exactly_for_clients_that_accept_it() {
 }
 
 #[tokio::test]
-async fn normals_are_sent_when_asked_for_in_any_of_three_ways() {
+async fn extensions_are_sent_when_asked_for_in_any_of_three_ways_and_never_else() {
     let service = Service::new();
     let path = "/square/1/0/0.terrain";
-    assert!(service.get(path).await.mesh().normals.is_none());
+    let unasked = service.get(path).await.mesh();
+    assert_eq!((unasked.normals, unasked.measured_triangles), (None, None));
     let cesium =
         "application/vnd.quantized-mesh;extensions=octvertexnormals-metadata,application/octet-stream;q=0.9,*/*;q=0.01";
     let three = "application/vnd.quantized-mesh,application/octet-stream;q=0.9;extensions=octvertexnormals";
     for accept in [cesium, three] {
-        assert!(
-            service
-                .ask("GET", path, &[("accept", accept)])
-                .await
-                .mesh()
-                .normals
-                .is_some(),
-            "{accept}"
-        );
+        let mesh = service.ask("GET", path, &[("accept", accept)]).await.mesh();
+        assert!(mesh.normals.is_some(), "{accept}");
+        assert_eq!(mesh.measured_triangles, None, "{accept}");
     }
     let query = format!("{path}?v=1&extensions=watermask-octvertexnormals");
     assert!(service.get(&query).await.mesh().normals.is_some());

@@ -41,7 +41,7 @@ const HOMES: [(&str, &[&str]); 18] = [
     ("tobj", &["tiles/src/formats/obj.rs", "ingest/src/verify/mesh_file.rs"]),
     ("stl_io", &["tiles/src/formats/stl.rs"]),
     ("gltf_json", &["tiles/src/formats/gltf.rs", "tiles/src/formats/gltf"]),
-    ("base64", &["tiles/src/formats/gltf/buffers.rs"]),
+    ("base64", &["tiles/src/archive.rs", "tiles/src/formats/gltf/buffers.rs"]),
     ("axum", &["server"]),
     ("tokio", &["server", "ingest/src/store.rs"]),
     ("object_store", &["ingest/src/store.rs"]),

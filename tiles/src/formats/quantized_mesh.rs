@@ -19,7 +19,7 @@ mod validate;
 use glam::DVec3;
 
 pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
-pub use encode::encode;
+pub use encode::{Extensions, encode};
 pub use validate::{Fault, validate};
 
 use crate::address::{Side, TileAddress};
