@@ -55,8 +55,19 @@ const HOMES: [(&str, &[&str]); 18] = [
         ],
     ),
     // Programs: their errors and their command lines.
-    ("anyhow", &["ingest", "server/src/main.rs", "tests"]),
-    ("clap", &["ingest", "server/src/main.rs", "tests/src/bin"]),
+    (
+        "anyhow",
+        &["ingest", "server/src/main.rs", "server/src/settings.rs", "tests"],
+    ),
+    (
+        "clap",
+        &[
+            "ingest",
+            "server/src/main.rs",
+            "server/src/settings.rs",
+            "tests/src/bin",
+        ],
+    ),
 ];
 
 /// All that `core` may use from outside: arithmetic on arrays, what words its errors, and text to JSON values.
