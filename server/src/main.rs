@@ -1,40 +1,21 @@
 //! `terrain-server`: see `--help`.
 
-use std::collections::HashSet;
-use std::net::SocketAddr;
-use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
 
 use anyhow::{Context, bail};
 use clap::Parser;
-use terrain_server::{Tileset, router};
+use terrain_server::{ACCESS, AccessLog, Catalogue, Given, Settings, Shared, router, serve};
 use tokio::net::TcpListener;
-
-/// Serves terrain archives made by terrain-ingest.
-///
-/// Open the printed address in a browser to fly over the terrain. CesiumJS and other clients of quantized-mesh take
-/// http://HOST:PORT/NAME as the address of their terrain, NAME being the archive's file name without its ending.
-#[derive(Parser)]
-#[command(
-    version,
-    after_help = "Examples:\n  terrain-server fault.pmtiles\n  terrain-server alps.pmtiles andes.pmtiles --listen 0.0.0.0:80\n\n\
-        In CesiumJS:\n  viewer.terrainProvider = await Cesium.CesiumTerrainProvider.fromUrl(\n    \
-        'http://127.0.0.1:8080/fault', { requestVertexNormals: true })\n\n\
-        Exit codes: 0 after Ctrl-C, 2 when an archive cannot be read or the address cannot be listened on."
-)]
-struct Arguments {
-    /// Archives to serve, each under its file name without its ending.
-    #[arg(required = true, value_name = "ARCHIVE")]
-    archives: Vec<PathBuf>,
-
-    /// Where to listen. Port 0 takes any free port; 0.0.0.0 makes the server reachable from other machines.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
-    listen: SocketAddr,
-}
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tracing_appender::non_blocking::WorkerGuard;
+use tracing_subscriber::filter::{LevelFilter, filter_fn};
+use tracing_subscriber::prelude::*;
 
 #[tokio::main]
 async fn main() -> ExitCode {
-    match run(&Arguments::parse()).await {
+    match run(&Given::parse()).await {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
@@ -43,42 +24,79 @@ async fn main() -> ExitCode {
     }
 }
 
-async fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let tilesets = open(&arguments.archives)?;
-    let listener = TcpListener::bind(arguments.listen)
-        .await
-        .with_context(|| format!("cannot listen on {}", arguments.listen))?;
-    let address = listener.local_addr()?;
-    for tileset in &tilesets {
-        println!("{}: http://{address}/{}/layer.json", tileset.name, tileset.name);
+async fn run(given: &Given) -> anyhow::Result<()> {
+    let settings = Settings::from_given(given)?;
+    // From here on signals are heard, and wait until somebody asks for them.
+    let look = signal(SignalKind::hangup())?;
+    let stop = [SignalKind::interrupt(), SignalKind::terminate()].map(signal);
+    let catalogue = Catalogue::open(settings.archives.clone())?;
+    if let Some(name) = catalogue.twin() {
+        bail!("two archives are called “{name}”; rename one");
     }
-    println!("http://{address}/");
-    axum::serve(listener, router(tilesets))
-        .with_graceful_shutdown(asked_to_stop())
-        .await?;
+    let listener = TcpListener::bind(settings.listen)
+        .await
+        .with_context(|| format!("cannot listen on {}", settings.listen))?;
+    let address = format!("http://{}{}", listener.local_addr()?, settings.base_path);
+    let service = Shared::new(catalogue, &settings);
+    let router = router(Arc::clone(&service), &settings)?;
+    for name in service.catalogue.names() {
+        println!("{name}: {address}/{name}/layer.json");
+    }
+    println!("{address}/");
+    let _written_at_the_end = start_logs(settings.access_log);
+    tokio::spawn(keep_looking(Arc::clone(&service), look, settings.look_every));
+    let [interrupt, terminate] = stop;
+    let stop = asked_to_stop(Arc::clone(&service), interrupt?, terminate?);
+    serve(listener, router, &service.metrics, &settings, stop).await;
     Ok(())
 }
 
-fn open(paths: &[PathBuf]) -> anyhow::Result<Vec<Tileset>> {
-    let tilesets = paths
-        .iter()
-        .map(|path| Tileset::open(path))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut names = HashSet::new();
-    if let Some(twin) = tilesets.iter().find(|tileset| !names.insert(&tileset.name)) {
-        bail!("two archives are called “{}”; rename one", twin.name);
-    }
-    Ok(tilesets)
+/// What goes wrong to standard error, the access log to standard output, from a thread of its own.
+fn start_logs(access: AccessLog) -> WorkerGuard {
+    let (output, guard) = tracing_appender::non_blocking(std::io::stdout());
+    let is_access = |metadata: &tracing::Metadata<'_>| metadata.target() == ACCESS;
+    let lines = tracing_subscriber::fmt::layer().with_target(false);
+    let access_lines = lines.with_ansi(false).with_writer(output);
+    let access_layer = match access {
+        AccessLog::Off => None,
+        AccessLog::Text => Some(access_lines.boxed()),
+        AccessLog::Json => Some(access_lines.json().boxed()),
+    };
+    let others = tracing_subscriber::fmt::layer()
+        .with_ansi(false)
+        .with_target(false)
+        .with_writer(std::io::stderr)
+        .with_filter(LevelFilter::INFO)
+        .with_filter(filter_fn(move |metadata| !is_access(metadata)));
+    tracing_subscriber::registry()
+        .with(others)
+        .with(access_layer.map(|layer| layer.with_filter(filter_fn(is_access))))
+        .init();
+    guard
 }
 
-/// Ctrl-C, or SIGTERM from a service manager. Requests under way are answered first.
-async fn asked_to_stop() {
-    use tokio::signal::unix::{SignalKind, signal};
-    match signal(SignalKind::terminate()) {
-        Ok(mut terminate) => tokio::select! {
-            _ = tokio::signal::ctrl_c() => {}
-            _ = terminate.recv() => {}
-        },
-        Err(_) => drop(tokio::signal::ctrl_c().await),
+/// Looks at the archives again every so many seconds, if any, and when asked to by SIGHUP.
+async fn keep_looking(service: Arc<Shared>, mut asked: Signal, seconds: u64) {
+    loop {
+        let pause = async {
+            match seconds {
+                0 => std::future::pending().await,
+                seconds => tokio::time::sleep(Duration::from_secs(seconds)).await,
+            }
+        };
+        tokio::select! {
+            () = pause => {}
+            _ = asked.recv() => tracing::info!("asked to look at the archives again"),
+        }
+        service.look_again().await;
     }
+}
+
+/// Ctrl-C, or SIGTERM from a service manager.
+async fn asked_to_stop(service: Arc<Shared>, mut interrupt: Signal, mut terminate: Signal) {
+    tokio::select! {
+        _ = interrupt.recv() => {}
+        _ = terminate.recv() => {}
+    }
+    service.is_about_to_stop();
 }

@@ -1,35 +1,39 @@
-//! One archive under one name, and its tiles in the forms that clients ask for.
+//! One generation of an archive, and its tiles in the forms that clients ask for.
 
-use std::fs;
-use std::io::{self, Write};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
-use std::time::UNIX_EPOCH;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::body::Bytes;
 use axum::http::{HeaderMap, header};
-use flate2::Compression;
-use flate2::write::GzEncoder;
-use moka::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::formats::quantized_mesh::{self, QuantizedMesh};
+use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
 use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::Metadata;
+use terrain_tiles::outside::Outside;
+use terrain_tiles::tile::Tile;
 
-use crate::answer::{Failure, accepts_gzip};
+use crate::coding::Coding;
+use crate::failure::Failure;
 
-/// How much of each archive's encoded tiles is kept in memory, in bytes: some 10,000 tiles.
-const CACHE_BYTES: u64 = 256 << 20;
+/// How many archives this process has opened.
+static GENERATIONS: AtomicU64 = AtomicU64::new(0);
 
 /// An open archive and what it is called.
-pub struct Tileset {
+pub(crate) struct Tileset {
     /// The archive's file name without its ending.
-    pub name: String,
-    /// Changes whenever the file does: from its length and its time of change.
-    pub version: String,
+    pub(crate) name: String,
+    /// Of its content: two archives of one version hold the same.
+    pub(crate) version: String,
+    /// Number of this open archive among all that were opened.
+    pub(crate) generation: u64,
+    /// `layer.json`.
+    pub(crate) layer_json: Bytes,
     archive: Reader,
-    encoded: Cache<TileRequest, Bytes>,
+    /// Of what is drawn where nothing was measured.
+    outside_checksum: u64,
 }
 
 /// In which form a tile is wanted.
@@ -38,7 +42,7 @@ pub(crate) enum Form {
     /// As it is in the archive.
     Progressive,
     /// For CesiumJS and others.
-    QuantizedMesh { normals: bool, gzip: bool },
+    QuantizedMesh { extensions: Extensions, coding: Coding },
 }
 
 /// Which tile is wanted, and how.
@@ -48,78 +52,141 @@ pub(crate) struct TileRequest {
     pub(crate) form: Form,
 }
 
+/// Why a tile cannot be had.
+#[derive(Clone, Debug)]
+pub(crate) enum TileError {
+    /// There is none.
+    Missing,
+    /// The archive cannot be read there, or has other bytes than were written.
+    Unreadable(String),
+    /// Something else.
+    Failure(Failure),
+}
+
 impl Tileset {
     /// Opens the archive at `path`.
-    ///
-    /// # Errors
-    /// One line that says what is wrong with the file.
-    pub fn open(path: &Path) -> Result<Self, ArchiveError> {
+    pub(crate) fn open(path: &Path) -> Result<Self, ArchiveError> {
         let archive = Reader::open(path)?;
-        let version = version(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
+        let version = format!("{:032x}", archive.version());
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let weight = |_: &TileRequest, bytes: &Bytes| bytes.len().try_into().unwrap_or(u32::MAX);
-        let encoded = Cache::builder().weigher(weight).max_capacity(CACHE_BYTES).build();
+        let document = serde_json::to_vec(&LayerJson::new(&name, &version, archive.metadata()));
         Ok(Self {
             name,
             version,
+            generation: GENERATIONS.fetch_add(1, Ordering::Relaxed),
+            layer_json: document
+                .expect("strings, numbers and lists of them always become JSON")
+                .into(),
+            outside_checksum: checksum_of(&archive.metadata().outside),
             archive,
-            encoded,
         })
     }
 
     /// What the archive says of itself.
-    #[must_use]
-    pub fn metadata(&self) -> &Metadata {
+    pub(crate) fn metadata(&self) -> &Metadata {
         self.archive.metadata()
     }
 
-    pub(crate) fn layer_json(&self) -> serde_json::Value {
-        serde_json::to_value(LayerJson::new(&self.name, &self.version, self.metadata()))
-            .expect("strings, numbers and lists of them always become JSON")
+    /// Whether a client that asks with `query` names this version: what it gets then never changes.
+    pub(crate) fn is_named_in(&self, query: &str) -> bool {
+        query
+            .split('&')
+            .any(|part| part.strip_prefix("v=") == Some(&self.version))
+    }
+
+    /// Changes exactly when the tile's bytes in `form` do, but for their content coding; none where there is no tile.
+    pub(crate) fn tag(&self, request: &TileRequest) -> Option<String> {
+        let checksum = self.archive.checksum(request.address);
+        match request.form {
+            Form::Progressive => checksum.map(|checksum| format!("{checksum:016x}")),
+            Form::QuantizedMesh { extensions, .. } => {
+                let is_root = request.address.zoom == 0;
+                let own = checksum.or(is_root.then_some(0))?;
+                let checksum = self.checksum_with_surroundings(request.address, own);
+                let Extensions {
+                    normals,
+                    measured_triangles,
+                } = extensions;
+                let flags = u8::from(normals) + 2 * u8::from(measured_triangles);
+                // Another program may encode it otherwise.
+                Some(format!(
+                    "{checksum:016x}-{flags}-{}",
+                    env!("CARGO_PKG_VERSION").replace('.', "-")
+                ))
+            }
+        }
+    }
+
+    /// Of all that a tile for other clients is made of: the tile, those beside it, and what is outside.
+    fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
+        let beside = addresses_around(address)
+            .into_iter()
+            .map(|address| self.archive.checksum(address));
+        let mut hasher = DefaultHasher::new();
+        (own, self.outside_checksum).hash(&mut hasher);
+        beside.for_each(|checksum| checksum.hash(&mut hasher));
+        hasher.finish()
     }
 
     /// The tile's bytes. Blocks while it reads and encodes.
-    pub(crate) fn tile(&self, request: &TileRequest) -> Result<Bytes, Failure> {
+    pub(crate) fn body(&self, request: &TileRequest) -> Result<Bytes, TileError> {
         match request.form {
-            Form::Progressive => self
-                .stored(request.address)?
-                .map(Bytes::from)
-                .ok_or_else(|| self.no_tile(request.address)),
-            Form::QuantizedMesh { normals, gzip } => {
-                if let Some(bytes) = self.encoded.get(request) {
-                    return Ok(bytes);
-                }
-                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address)?, normals);
-                let bytes = Bytes::from(if gzip {
-                    compress(&bytes).map_err(Failure::internal)?
-                } else {
-                    bytes
-                });
-                self.encoded.insert(*request, bytes.clone());
-                Ok(bytes)
+            Form::Progressive => Ok(self.stored(request.address)?.ok_or(TileError::Missing)?.into()),
+            Form::QuantizedMesh { extensions, coding } => {
+                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address)?, extensions);
+                coding.encode(bytes.into()).map_err(TileError::failure)
             }
         }
     }
 
-    fn stored(&self, address: TileAddress) -> Result<Option<Vec<u8>>, Failure> {
-        self.archive.tile(address).map_err(Failure::internal)
+    /// The decoded tile, if there is one. Blocks while it reads and decodes.
+    pub(crate) fn tile(&self, address: TileAddress) -> Result<Option<Tile>, TileError> {
+        let Some(bytes) = self.stored(address)? else {
+            return Ok(None);
+        };
+        spt::decode(&bytes, &LevelLimits::default())
+            .map(Some)
+            .map_err(|error| TileError::failure(format!("tile {address} of “{}”: {error}", self.name)))
+    }
+
+    fn stored(&self, address: TileAddress) -> Result<Option<Vec<u8>>, TileError> {
+        self.archive
+            .tile(address)
+            .map_err(|error| TileError::Unreadable(error.to_string()))
     }
 
     /// Both roots always have one, since every client starts from both.
-    fn quantized_mesh(&self, address: TileAddress) -> Result<QuantizedMesh, Failure> {
-        match self.stored(address)? {
-            Some(bytes) => {
-                let tile = spt::decode(&bytes, &LevelLimits::default())
-                    .map_err(|error| Failure::internal(format!("tile {address} of “{}”: {error}", self.name)))?;
-                Ok(QuantizedMesh::from_tile(&tile, &self.metadata().outside))
+    fn quantized_mesh(&self, address: TileAddress) -> Result<QuantizedMesh, TileError> {
+        let outside = &self.metadata().outside;
+        match self.tile(address)? {
+            Some(tile) => {
+                let beside = addresses_around(address).into_iter();
+                let beside: Result<Vec<Option<Tile>>, TileError> = beside.map(|address| self.tile(address)).collect();
+                let beside: Vec<Tile> = beside?.into_iter().flatten().collect();
+                Ok(QuantizedMesh::from_tile(&tile, &beside, outside))
             }
-            None if address.zoom == 0 => Ok(QuantizedMesh::unmeasured(address, &self.metadata().outside)),
-            None => Err(self.no_tile(address)),
+            None if address.zoom == 0 => Ok(QuantizedMesh::unmeasured(address, outside)),
+            None => Err(TileError::Missing),
         }
     }
+}
 
-    fn no_tile(&self, address: TileAddress) -> Failure {
-        Failure::NotFound(format!("tileset “{}” has no tile {address}", self.name))
+fn checksum_of(outside: &Outside) -> u64 {
+    let document = serde_json::to_vec(outside).expect("numbers and lists of them always become JSON");
+    let mut hasher = DefaultHasher::new();
+    document.hash(&mut hasher);
+    hasher.finish()
+}
+
+impl From<Failure> for TileError {
+    fn from(failure: Failure) -> Self {
+        Self::Failure(failure)
+    }
+}
+
+impl TileError {
+    fn failure(error: impl std::fmt::Display) -> Self {
+        Self::Failure(Failure::internal(error))
     }
 }
 
@@ -130,8 +197,8 @@ impl TileRequest {
         let form = match ending {
             "spt" => Form::Progressive,
             "terrain" => Form::QuantizedMesh {
-                normals: wants_normals(query, headers),
-                gzip: accepts_gzip(headers),
+                extensions: asked_extensions(query, headers),
+                coding: Coding::accepted(headers),
             },
             _ => {
                 return Err(Failure::BadRequest(format!(
@@ -139,14 +206,10 @@ impl TileRequest {
                 )));
             }
         };
-        let number = |text: &str| {
-            let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-            text.parse::<u32>().ok().filter(|_| digits)
-        };
-        let numbers = number(z)
+        let numbers = whole_number(z)
             .and_then(|zoom| u8::try_from(zoom).ok())
-            .zip(number(x))
-            .zip(number(y));
+            .zip(whole_number(x))
+            .zip(whole_number(y));
         let address = numbers.and_then(|((zoom, x), y)| TileAddress::new(zoom, x, y)).ok_or_else(|| {
             Failure::BadRequest(format!(
                 "{z}/{x}/{file} is no tile: zooms are 0 to 26, zoom z has columns 0 to 2^(z+1) − 1 and rows 0 to 2^z − 1"
@@ -154,10 +217,23 @@ impl TileRequest {
         })?;
         Ok(Self { address, form })
     }
+
+    pub(crate) fn coding(&self) -> Coding {
+        match self.form {
+            Form::Progressive => Coding::Identity,
+            Form::QuantizedMesh { coding, .. } => coding,
+        }
+    }
+}
+
+/// A number of nothing but digits.
+pub(crate) fn whole_number(text: &str) -> Option<u32> {
+    let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|_| digits)
 }
 
 /// Clients ask for extensions in the query or in any part of their Accept header: `extensions=a-b`.
-fn wants_normals(query: &str, headers: &HeaderMap) -> bool {
+fn asked_extensions(query: &str, headers: &HeaderMap) -> Extensions {
     let accepted = headers
         .get_all(header::ACCEPT)
         .into_iter()
@@ -165,19 +241,8 @@ fn wants_normals(query: &str, headers: &HeaderMap) -> bool {
     let lists = accepted
         .chain([query])
         .flat_map(|text| text.split("extensions=").skip(1));
-    lists
+    let names = lists
         .filter_map(|rest| rest.split([',', ';', '&', ' ']).next())
-        .any(|list| list.split('-').any(|name| name == "octvertexnormals"))
-}
-
-fn compress(bytes: &[u8]) -> io::Result<Vec<u8>> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
-    encoder.write_all(bytes)?;
-    encoder.finish()
-}
-
-fn version(path: &Path) -> io::Result<String> {
-    let file = fs::metadata(path)?;
-    let changed = file.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default();
-    Ok(format!("{:x}-{:x}", file.len(), changed.as_nanos()))
+        .flat_map(|list| list.split('-'));
+    Extensions::named(names)
 }

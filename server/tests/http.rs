@@ -1,8 +1,9 @@
 //! The whole service, asked in the process, over a small archive of tiles made here.
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use std::fs;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use axum::Router;
 use axum::body::{Body, to_bytes};
@@ -12,7 +13,7 @@ use glam::DVec3;
 use serde_json::Value;
 use tempfile::TempDir;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
-use terrain_server::{Tileset, router};
+use terrain_server::{Catalogue, Settings, Shared, router};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
 use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode, validate};
@@ -99,7 +100,7 @@ fn write_archive(path: &Path) {
 /// The service over one archive called `square`.
 struct Service {
     router: Router,
-    _folder: TempDir,
+    folder: TempDir,
 }
 
 struct Reply {
@@ -117,34 +118,49 @@ impl Reply {
         serde_json::from_slice(&self.body).unwrap()
     }
 
-    /// The body as a quantized mesh, unzipped if the headers say so.
-    fn mesh(&self) -> QuantizedMesh {
+    /// The body without the coding that the headers tell.
+    fn plain(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
+        let body = &self.body[..];
         match self.header(header::CONTENT_ENCODING) {
-            "gzip" => drop(GzDecoder::new(&self.body[..]).read_to_end(&mut bytes).unwrap()),
+            "gzip" => drop(GzDecoder::new(body).read_to_end(&mut bytes).unwrap()),
+            "br" => drop(brotli::Decompressor::new(body, 4096).read_to_end(&mut bytes).unwrap()),
+            "zstd" => bytes = zstd::stream::decode_all(body).unwrap(),
             _ => bytes.clone_from(&self.body),
         }
-        decode(&bytes, &QuantizedMeshLimits::default()).unwrap()
+        bytes
+    }
+
+    /// The body as a quantized mesh.
+    fn mesh(&self) -> QuantizedMesh {
+        decode(&self.plain(), &QuantizedMeshLimits::default()).unwrap()
     }
 }
 
 impl Service {
     fn new() -> Self {
+        Self::with(Settings::default())
+    }
+
+    fn with(settings: Settings) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("square.pmtiles");
-        write_archive(&path);
+        write_archive(&folder.path().join("square.pmtiles"));
+        let catalogue = Catalogue::open(vec![folder.path().to_owned()]).unwrap();
         Self {
-            router: router(vec![Tileset::open(&path).unwrap()]),
-            _folder: folder,
+            router: router(Shared::new(catalogue, &settings), &settings).unwrap(),
+            folder,
         }
     }
 
+    fn archive(&self) -> PathBuf {
+        self.folder.path().join("square.pmtiles")
+    }
+
     async fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)]) -> Reply {
+        let request = Request::builder().method(method).uri(path).header("host", "here");
         let request = headers
             .iter()
-            .fold(Request::builder().method(method).uri(path), |builder, (name, value)| {
-                builder.header(*name, *value)
-            });
+            .fold(request, |builder, (name, value)| builder.header(*name, *value));
         let response = self
             .router
             .clone()
@@ -208,27 +224,33 @@ async fn layer_json_names_only_tiles_that_exist() {
 #[tokio::test]
 async fn a_tile_is_measured_in_the_middle_and_ground_around_it() {
     let service = Service::new();
-    let reply = service.get("/square/1/0/0.terrain").await;
+    let reply = service.get("/square/1/0/0.terrain?extensions=measuredtriangles").await;
     assert_eq!(reply.header(header::CONTENT_TYPE), "application/vnd.quantized-mesh");
     let mesh = reply.mesh();
     assert_eq!(mesh.measured_triangles, Some(2));
     assert!(mesh.triangles.len() > 500);
     let height = |index| mesh.geodetic(address(1, 0, 0), index).height;
     assert_eq!(mesh.triangles[0].map(|index| height(index as usize)), [500.0; 3]);
-    let empty = service.get("/square/0/1/0.terrain").await.mesh();
+    let empty = service
+        .get("/square/0/1/0.terrain?extensions=measuredtriangles")
+        .await
+        .mesh();
     assert_eq!((empty.measured_triangles, empty.heights), (Some(0), [0.0, 0.0]));
 }
 
 #[tokio::test]
-async fn terrain_is_gzipped_exactly_for_clients_that_accept_it() {
+async fn terrain_is_compressed_as_its_client_likes_it_best() {
     let service = Service::new();
     let path = "/square/1/0/0.terrain";
     let plain = service.get(path).await;
     assert_eq!(plain.header(header::CONTENT_ENCODING), "");
     for (accepted, expected) in [
-        ("gzip, deflate, br, zstd", "gzip"),
-        ("br", ""),
+        ("gzip, deflate, br, zstd", "br"),
+        ("gzip, zstd", "zstd"),
+        ("br;q=0.5, gzip", "gzip"),
+        ("deflate", ""),
         ("gzip;q=0", ""),
+        ("gzip;q=0, *", "br"),
         ("identity", ""),
         ("GZIP;q=0.5", "gzip"),
     ] {
@@ -242,23 +264,36 @@ async fn terrain_is_gzipped_exactly_for_clients_that_accept_it() {
 }
 
 #[tokio::test]
-async fn normals_are_sent_when_asked_for_in_any_of_three_ways() {
+async fn documents_and_scripts_are_compressed() {
+    let service = Service::new();
+    let page = service.get("/").await;
+    let text = String::from_utf8(page.body.clone()).unwrap();
+    let script = text.split('"').find(|part| part.ends_with(".js"));
+    for path in ["/tilesets", script.map_or("/", |path| path.trim_start_matches('.'))] {
+        let plain = service.get(path).await;
+        let packed = service.ask("GET", path, &[("accept-encoding", "gzip, br")]).await;
+        if plain.body.len() >= 1 << 10 {
+            assert_eq!(packed.header(header::CONTENT_ENCODING), "br", "{path}");
+            assert!(packed.body.len() < plain.body.len() / 2, "{path}");
+        }
+        assert_eq!(packed.plain(), plain.body, "{path}");
+        assert_eq!(packed.header(header::VARY), "accept-encoding", "{path}");
+    }
+}
+
+#[tokio::test]
+async fn extensions_are_sent_when_asked_for_in_any_of_three_ways_and_never_else() {
     let service = Service::new();
     let path = "/square/1/0/0.terrain";
-    assert!(service.get(path).await.mesh().normals.is_none());
+    let unasked = service.get(path).await.mesh();
+    assert_eq!((unasked.normals, unasked.measured_triangles), (None, None));
     let cesium =
         "application/vnd.quantized-mesh;extensions=octvertexnormals-metadata,application/octet-stream;q=0.9,*/*;q=0.01";
     let three = "application/vnd.quantized-mesh,application/octet-stream;q=0.9;extensions=octvertexnormals";
     for accept in [cesium, three] {
-        assert!(
-            service
-                .ask("GET", path, &[("accept", accept)])
-                .await
-                .mesh()
-                .normals
-                .is_some(),
-            "{accept}"
-        );
+        let mesh = service.ask("GET", path, &[("accept", accept)]).await.mesh();
+        assert!(mesh.normals.is_some(), "{accept}");
+        assert_eq!(mesh.measured_triangles, None, "{accept}");
     }
     let query = format!("{path}?v=1&extensions=watermask-octvertexnormals");
     assert!(service.get(&query).await.mesh().normals.is_some());
@@ -296,12 +331,20 @@ async fn our_own_tile_comes_as_stored_whole_or_in_part() {
         assert_eq!(part.body, whole.body[first..=last]);
         assert_eq!(part.header(header::ETAG), whole.header(header::ETAG));
     }
+    let strong = whole.header(header::ETAG).to_owned();
+    let weak = format!("W/{strong}");
+    let same = service
+        .ask("GET", path, &[("range", "bytes=0-31"), ("if-range", &strong)])
+        .await;
+    assert_eq!((same.status, same.body.len()), (StatusCode::PARTIAL_CONTENT, 32));
     let beyond = service.ask("GET", path, &[("range", "bytes=999999-")]).await;
     assert_eq!(beyond.status, StatusCode::RANGE_NOT_SATISFIABLE);
     assert_eq!(beyond.header(header::CONTENT_RANGE), format!("bytes */{length}"));
     for headers in [
         [("range", "lines=1-2"), ("accept", "*/*")],
         [("range", "bytes=0-31"), ("if-range", "\"old\"")],
+        [("range", "bytes=0-31"), ("if-range", weak.as_str())],
+        [("range", "bytes=0-31"), ("if-range", "*")],
     ] {
         let reply = service.ask("GET", path, &headers).await;
         assert_eq!(
@@ -324,7 +367,7 @@ async fn what_a_client_has_already_is_not_sent_again() {
     ] {
         let first = service.get(path).await;
         let tag = first.header(header::ETAG).to_owned();
-        assert!(tag.starts_with('"') && tag.len() == 34, "{path}: {tag}");
+        assert!(tag.starts_with('"') && tag.len() >= 18, "{path}: {tag}");
         assert_eq!(first.header(header::CACHE_CONTROL), "public, no-cache");
         for condition in [tag.clone(), format!("\"other\", W/{tag}"), "*".to_owned()] {
             let again = service.ask("GET", path, &[("if-none-match", &condition)]).await;
@@ -411,11 +454,143 @@ async fn what_is_not_there_is_404_and_nonsense_is_400() {
 }
 
 #[tokio::test]
-async fn a_damaged_tile_is_the_servers_fault_and_does_not_stop_it() {
+async fn a_damaged_tile_is_the_servers_fault_tells_no_path_and_does_not_stop_it() {
     let service = Service::new();
-    let reply = service.get("/square/1/2/1.terrain").await;
-    assert_eq!(reply.status, StatusCode::INTERNAL_SERVER_ERROR);
-    let error = reply.json()["error"].as_str().unwrap().to_owned();
-    assert!(error.starts_with("tile 1/2/1 of “square”: "), "{error}");
+    let mut bytes = fs::read(service.archive()).unwrap();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    fs::write(service.archive(), bytes).unwrap();
+    // One holds bytes that are no tile, the other one's are damaged.
+    for path in ["/square/1/2/1.terrain", "/square/1/2/1.spt"] {
+        let reply = service.get(path).await;
+        assert_eq!(reply.status, StatusCode::INTERNAL_SERVER_ERROR);
+        assert_eq!(reply.json()["error"], "the server failed; its log says why");
+        assert_eq!(reply.header(header::ETAG), "");
+        assert_eq!(reply.header(header::CACHE_CONTROL), "no-store");
+    }
     assert_eq!(service.get("/square/1/0/0.terrain").await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn of_an_archive_that_is_overwritten_no_byte_goes_out_under_the_name_of_the_other() {
+    let service = Service::new();
+    let path = "/square/1/0/0.spt";
+    let before = service.get(path).await;
+    let version = service.get("/tilesets").await.json()[0]["version"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    let mut higher = tile(address(1, 0, 0));
+    higher
+        .partition
+        .positions
+        .iter_mut()
+        .for_each(|position| position.z += 1.0);
+    higher
+        .partition
+        .blue_positions
+        .iter_mut()
+        .for_each(|position| position.z += 1.0);
+    let other = service.folder.path().join("other");
+    let mut writer = Writer::create(&other).unwrap();
+    for address in [address(0, 0, 0), address(0, 1, 0)] {
+        writer.add(address, &spt::encode(&tile(address)).unwrap()).unwrap();
+    }
+    writer.add(address(1, 0, 0), &spt::encode(&higher).unwrap()).unwrap();
+    writer.finish(&metadata()).unwrap();
+    fs::copy(&other, service.archive()).unwrap();
+    let elsewhere = service.get("/square/1/2/1.spt").await;
+    assert_eq!(elsewhere.status, StatusCode::NOT_FOUND, "the file is looked at again");
+    let after = service.get(&format!("{path}?v={version}")).await;
+    assert_eq!(after.body, spt::encode(&higher).unwrap());
+    assert_ne!(after.header(header::ETAG), before.header(header::ETAG));
+    assert_eq!(
+        after.header(header::CACHE_CONTROL),
+        "public, no-cache",
+        "{version} is gone"
+    );
+}
+
+#[tokio::test]
+async fn only_requests_with_one_host_and_a_told_length_are_answered() {
+    let service = Service::new();
+    let reply = service.ask("GET", "/healthz", &[("host", "there")]).await;
+    assert_eq!(reply.status, StatusCode::BAD_REQUEST);
+    let reply = service
+        .ask("POST", "/tilesets", &[("transfer-encoding", "chunked")])
+        .await;
+    assert_eq!(reply.status, StatusCode::LENGTH_REQUIRED);
+    assert_eq!(reply.header(header::CONNECTION), "close");
+}
+
+#[tokio::test]
+async fn the_token_opens_everything_but_what_tells_health() {
+    let service = Service::with(Settings {
+        token: Some("open sesame".to_owned()),
+        ..Settings::default()
+    });
+    for path in ["/tilesets", "/square/1/0/0.spt", "/metrics", "/"] {
+        for (shown, expected) in [
+            ("", 401),
+            ("Bearer open", 401),
+            ("open sesame", 401),
+            ("Bearer open sesame", 200),
+        ] {
+            let reply = service.ask("GET", path, &[("authorization", shown)]).await;
+            assert_eq!(reply.status.as_u16(), expected, "{path} {shown}");
+        }
+    }
+    assert_eq!(
+        service.get("/tilesets").await.header(header::WWW_AUTHENTICATE),
+        "Bearer"
+    );
+    assert_eq!(service.get("/healthz").await.status, StatusCode::OK);
+    let asked = [("origin", "http://a.example"), ("access-control-request-method", "GET")];
+    assert_eq!(service.ask("OPTIONS", "/tilesets", &asked).await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn an_operator_may_name_the_pages_that_read_and_the_path_before_all_others() {
+    let service = Service::with(Settings {
+        base_path: "/earth".to_owned(),
+        allow_origin: vec!["http://a.example".to_owned()],
+        ..Settings::default()
+    });
+    for (origin, allowed) in [("http://a.example", "http://a.example"), ("http://b.example", "")] {
+        let reply = service
+            .ask("GET", "/earth/square/layer.json", &[("origin", origin)])
+            .await;
+        assert_eq!(reply.status, StatusCode::OK);
+        assert_eq!(reply.header(header::ACCESS_CONTROL_ALLOW_ORIGIN), allowed);
+        let varying: Vec<_> = reply.headers.get_all(header::VARY).iter().collect();
+        assert_eq!(varying, ["accept-encoding", "origin"]);
+    }
+    assert_eq!(
+        service.get("/earth/").await.header(header::CONTENT_TYPE),
+        "text/html; charset=utf-8"
+    );
+    assert_eq!(service.get("/square/layer.json").await.status, StatusCode::NOT_FOUND);
+}
+
+#[tokio::test]
+async fn answers_are_counted_by_route_and_status() {
+    let service = Service::new();
+    for path in [
+        "/square/1/0/0.spt",
+        "/square/1/0/0.spt",
+        "/square/9/0/0.spt",
+        "/nothing",
+    ] {
+        service.get(path).await;
+    }
+    let text = String::from_utf8(service.get("/metrics").await.body).unwrap();
+    for line in [
+        "terrain_requests_total{route=\"/{name}/{z}/{x}/{file}\",status=\"200\"} 2",
+        "terrain_requests_total{route=\"/{name}/{z}/{x}/{file}\",status=\"404\"} 1",
+        "terrain_requests_total{route=\"page\",status=\"404\"} 1",
+        "terrain_answer_seconds_count{route=\"page\"} 1",
+        "terrain_tilesets 1",
+    ] {
+        assert!(text.lines().any(|other| other == line), "{line}\n{text}");
+    }
 }

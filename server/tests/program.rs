@@ -5,7 +5,9 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use terrain_tiles::archive::Writer;
 use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION};
@@ -99,36 +101,194 @@ fn a_port_that_is_taken_is_refused() {
     );
 }
 
+/// A server that runs until it is dropped.
+struct Running {
+    process: Child,
+    host: String,
+}
+
+impl Running {
+    fn start(arguments: &[&str], archives: &Path) -> Self {
+        let mut command = program();
+        command.arg(archives).args(["--listen", "127.0.0.1:0"]).args(arguments);
+        Self::of(command)
+    }
+
+    fn of(mut command: Command) -> Self {
+        let mut process = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(process.stdout.as_mut().unwrap())
+            .lines()
+            .map_while(Result::ok);
+        let page = lines.find(|line| line.starts_with("http://")).unwrap();
+        let host = page.trim_start_matches("http://").trim_end_matches('/').to_owned();
+        Self { process, host }
+    }
+
+    fn signal(&self, name: &str) {
+        let id = self.process.id().to_string();
+        assert!(Command::new("kill").args([name, &id]).status().unwrap().success());
+    }
+
+    /// What is sent goes as it is; the reply is all that comes until the end.
+    fn send(&self, request: &str) -> String {
+        let mut stream = self.connect();
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut reply = String::new();
+        stream.read_to_string(&mut reply).unwrap();
+        reply
+    }
+
+    fn get(&self, path: &str) -> String {
+        self.send(&format!(
+            "GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n",
+            self.host
+        ))
+    }
+
+    fn connect(&self) -> TcpStream {
+        TcpStream::connect(&self.host).unwrap()
+    }
+
+    /// Exit code, and what was said on standard error.
+    fn end(mut self) -> (Option<i32>, String) {
+        let code = self.process.wait().unwrap().code();
+        let mut said = String::new();
+        self.process.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        (code, said)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        drop(self.process.kill());
+    }
+}
+
 #[test]
 fn it_prints_its_address_answers_there_and_stops_when_asked() {
     let folder = tempfile::tempdir().unwrap();
-    let archive = empty_archive(folder.path(), "a.pmtiles");
-    let mut server = program()
-        .arg(archive)
-        .args(["--listen", "127.0.0.1:0"])
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let lines = BufReader::new(server.stdout.take().unwrap())
-        .lines()
-        .map_while(Result::ok);
-    let address = lines.take(2).last().unwrap();
-    let host = address.trim_start_matches("http://").trim_end_matches('/').to_owned();
-    let mut stream = TcpStream::connect(&host).unwrap();
-    write!(
-        stream,
-        "GET /healthz HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"
-    )
-    .unwrap();
-    let mut reply = String::new();
-    stream.read_to_string(&mut reply).unwrap();
+    let server = Running::start(&[], &empty_archive(folder.path(), "a.pmtiles"));
+    let reply = server.get("/healthz");
     assert!(reply.starts_with("HTTP/1.1 200 OK") && reply.ends_with("ok"), "{reply}");
+    server.signal("-INT");
+    assert_eq!(server.end().0, Some(0));
+}
+
+#[test]
+fn half_a_request_does_not_keep_it_from_stopping() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Running::start(&["--stop-within", "1"], &empty_archive(folder.path(), "a.pmtiles"));
+    let mut stream = server.connect();
+    stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: ").unwrap();
+    // Whole requests are answered, so that the half one has arrived, too.
+    server.get("/healthz");
+    server.signal("-TERM");
+    let start = Instant::now();
+    assert_eq!(server.end().0, Some(0));
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
+}
+
+#[test]
+fn requests_that_trickle_and_connections_that_idle_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Running::start(&["--header-timeout", "1"], &empty_archive(folder.path(), "a.pmtiles"));
+    let idle = server.connect();
+    let trickling: Vec<TcpStream> = (0..20)
+        .map(|_| {
+            let mut stream = server.connect();
+            stream.write_all(b"GET / HTTP/1.1\r\n").unwrap();
+            stream
+        })
+        .collect();
+    for mut stream in trickling.into_iter().chain([idle]) {
+        stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+        let mut rest = Vec::new();
+        assert!(stream.read_to_end(&mut rest).is_ok(), "it is still open");
+    }
+}
+
+#[test]
+fn connections_beyond_the_most_wait_and_the_log_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--max-connections", "2", "--header-timeout", "1"];
+    let server = Running::start(&arguments, &empty_archive(folder.path(), "a.pmtiles"));
+    let held = [server.connect(), server.connect()];
+    let reply = server.get("/healthz");
+    assert!(reply.ends_with("ok"), "it comes when the others have ended: {reply}");
+    drop(held);
+    server.signal("-TERM");
+    let (_, said) = server.end();
+    assert!(said.contains("as many connections are open as may be"), "{said}");
+}
+
+#[test]
+fn headers_and_bodies_have_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Running::start(&["--answer-timeout", "1"], &empty_archive(folder.path(), "a.pmtiles"));
+    let long = "x".repeat(40_000);
+    let reply = server.send(&format!("GET / HTTP/1.1\r\nHost: a\r\nX: {long}\r\n\r\n"));
+    assert!(reply.starts_with("HTTP/1.1 431"), "{reply}");
+    let both = "POST /tilesets HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n";
+    assert!(server.send(both).starts_with("HTTP/1.1 411"));
     assert!(
-        Command::new("kill")
-            .args(["-INT", &server.id().to_string()])
-            .status()
-            .unwrap()
-            .success()
+        server
+            .send("GET /healthz HTTP/1.1\r\nConnection: close\r\n\r\n")
+            .starts_with("HTTP/1.1 400")
     );
-    assert_eq!(server.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn archives_are_looked_at_again_when_asked_by_a_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    empty_archive(folder.path(), "a.pmtiles");
+    let server = Running::start(&["--look-every", "0"], folder.path());
+    assert!(server.get("/b/layer.json").starts_with("HTTP/1.1 404"));
+    empty_archive(folder.path(), "b.pmtiles");
+    server.signal("-HUP");
+    let start = Instant::now();
+    while !server.get("/b/layer.json").starts_with("HTTP/1.1 200") {
+        assert!(start.elapsed() < Duration::from_secs(10), "it never appears");
+        sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn flags_count_before_the_environment_and_that_before_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let archive = empty_archive(folder.path(), "a.pmtiles");
+    let file = folder.path().join("settings.toml");
+    fs::write(&file, format!("archives = [{archive:?}]\nlisten = \"127.0.0.2:0\"\n")).unwrap();
+    let listening = |flags: &[&str], variable: &[(&str, &str)]| {
+        let mut command = program();
+        command
+            .arg("--settings")
+            .arg(&file)
+            .args(flags)
+            .envs(variable.iter().copied());
+        Running::of(command).host.split(':').next().unwrap().to_owned()
+    };
+    let variable = [("TERRAIN_LISTEN", "127.0.0.3:0")];
+    assert_eq!(listening(&["--listen", "127.0.0.4:0"], &variable), "127.0.0.4");
+    assert_eq!(listening(&[], &variable), "127.0.0.3");
+    assert_eq!(listening(&[], &[]), "127.0.0.2");
+    fs::write(&file, format!("archives = [{archive:?}]\ncolour = 1\n")).unwrap();
+    let line = refusal(&program().arg("--settings").arg(&file).output().unwrap());
+    assert!(line.contains("colour"), "{line}");
+    let line = refusal(&program().output().unwrap());
+    assert!(line.starts_with("error: no archive and no folder is given"), "{line}");
+}
+
+#[test]
+fn the_access_log_has_a_line_for_each_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut server = Running::start(&["--access-log", "json"], &empty_archive(folder.path(), "a.pmtiles"));
+    server.get("/healthz?x");
+    server.get("/none/layer.json");
+    server.signal("-TERM");
+    let mut text = String::new();
+    server.process.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    let lines: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let told = |line: &serde_json::Value| format!("{} {}", line["fields"]["uri"], line["fields"]["status"]);
+    let told: Vec<_> = lines.iter().map(told).collect();
+    assert_eq!(told, ["\"/healthz?x\" 200", "\"/none/layer.json\" 404"]);
 }

@@ -14,19 +14,25 @@
 //! ```
 //!
 //! A tile's parent and children are then its parent and children in PMTiles, too.
+//!
+//! The JSON block has a checksum of every tile, so that no damaged or overwritten byte passes for a tile.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use futures_util::TryStreamExt;
 use pmtiles::{
     AsyncBackend, AsyncPmTilesReader, BackendResponse, CallerKey, Compression, DirEntry, HashMapCache, Header,
     PmTilesWriter, PmtError, PmtResult, TileCoord, TileId, TileType,
 };
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
+use twox_hash::{XxHash3_64, XxHash3_128};
 
 use crate::address::{MAX_ZOOM, TileAddress};
 use crate::metadata::{FORMAT, Metadata, VERSION};
@@ -48,6 +54,9 @@ pub enum ArchiveError {
     /// The file is a PMTiles archive, but none of ours.
     #[error("{0}: a PMTiles archive, but not of {FORMAT} version {VERSION}: {1}")]
     Foreign(PathBuf, String),
+    /// The bytes of a tile are not those that were written.
+    #[error("{0}: tile {1} is damaged, or the file was overwritten")]
+    Damaged(PathBuf, TileAddress),
     /// The caller added what cannot be stored.
     #[error("{0}: tile {1} {2}")]
     BadTile(PathBuf, TileAddress, &'static str),
@@ -69,6 +78,7 @@ struct Spooled {
     address: TileAddress,
     offset: u64,
     length: usize,
+    checksum: u64,
 }
 
 impl Writer {
@@ -101,12 +111,12 @@ impl Writer {
         self.spool
             .write_all(bytes)
             .map_err(|error| ArchiveError::Io(self.path.clone(), error))?;
-        let id = TileId::from(coordinate(address)).value();
         self.tiles.push(Spooled {
-            id,
+            id: tile_id(address),
             address,
             offset: self.spooled,
             length: bytes.len(),
+            checksum: checksum(bytes),
         });
         self.spooled += bytes.len() as u64;
         Ok(())
@@ -132,7 +142,11 @@ impl Writer {
     }
 
     fn write_tiles(&mut self, metadata: &Metadata, target: &mut File) -> io::Result<()> {
-        let mut writer = builder(metadata)?.create(target).map_err(into_io)?;
+        let block = Block {
+            metadata,
+            checksums: checksum_text(self.tiles.iter().map(|tile| tile.checksum)),
+        };
+        let mut writer = builder(&block)?.create(target).map_err(into_io)?;
         let mut bytes = Vec::new();
         for tile in &self.tiles {
             bytes.resize(tile.length, 0);
@@ -148,11 +162,12 @@ impl Writer {
 
 /// The header's fields and the JSON block. PMTiles longitudes end at ±180: data across the antimeridian are given the
 /// whole circle there. No tile is like another, so none is looked for.
-fn builder(metadata: &Metadata) -> io::Result<PmTilesWriter<CallerKey<()>>> {
+fn builder(block: &Block) -> io::Result<PmTilesWriter<CallerKey<()>>> {
+    let metadata = block.metadata;
     let [west, south, east, north] = metadata.bounds;
     let (first, last) = if east > 180.0 { (-180.0, 180.0) } else { (west, east) };
     let middle = (west + east) / 2.0;
-    let json = serde_json::to_string(metadata)?;
+    let json = serde_json::to_string(block)?;
     Ok(PmTilesWriter::new(TileType::Unknown)
         .dedup_by_key()
         .tile_compression(Compression::None)
@@ -167,11 +182,51 @@ fn builder(metadata: &Metadata) -> io::Result<PmTilesWriter<CallerKey<()>>> {
         .metadata(json))
 }
 
+/// The JSON block: what the archive says of itself, and of every tile's bytes.
+#[derive(Serialize)]
+struct Block<'a> {
+    #[serde(flatten)]
+    metadata: &'a Metadata,
+    checksums: String,
+}
+
+/// The part of the block that is of no use outside this module.
+#[derive(Deserialize)]
+struct Checksums {
+    checksums: String,
+}
+
+/// XXH3 of 64 bits finds accidents; it is no defence against whoever writes an archive.
+fn checksum(bytes: &[u8]) -> u64 {
+    XxHash3_64::oneshot(bytes)
+}
+
+/// Checksums in the order of the directory, little-endian, as base64.
+fn checksum_text(checksums: impl Iterator<Item = u64>) -> String {
+    BASE64_STANDARD.encode(checksums.flat_map(u64::to_le_bytes).collect::<Vec<u8>>())
+}
+
+fn parse_checksums(json: &str, tiles: usize) -> Result<Vec<u64>, String> {
+    let block: Checksums = serde_json::from_str(json).map_err(|error| format!("its checksums: {error}"))?;
+    let bytes = BASE64_STANDARD
+        .decode(block.checksums)
+        .map_err(|error| format!("its checksums: {error}"))?;
+    let (checksums, rest) = bytes.as_chunks();
+    if checksums.len() != tiles || !rest.is_empty() {
+        return Err(format!("it has {tiles} tiles, but checksums of {}", checksums.len()));
+    }
+    Ok(checksums.iter().map(|bytes| u64::from_le_bytes(*bytes)).collect())
+}
+
 /// An open archive; shared freely between threads.
 pub struct Reader {
     path: PathBuf,
     metadata: Metadata,
+    version: u128,
+    /// In the order of their ids, and so are `ids` and `checksums`.
     addresses: Vec<TileAddress>,
+    ids: Vec<u64>,
+    checksums: Vec<u64>,
     tiles: Arc<AsyncPmTilesReader<PlainFile, HashMapCache>>,
 }
 
@@ -179,23 +234,42 @@ impl Reader {
     /// Opens the archive at `path` and reads its metadata and the list of its tiles.
     ///
     /// # Errors
-    /// [`ArchiveError::Io`] when the file cannot be opened, [`ArchiveError::Unreadable`] when it is no PMTiles archive or
-    /// a broken one, [`ArchiveError::Foreign`] when it holds something else.
+    /// [`ArchiveError::Io`] when the file cannot be opened, [`ArchiveError::Unreadable`] when it is no file, no PMTiles
+    /// archive or a broken one, [`ArchiveError::Foreign`] when it holds something else.
     pub fn open(path: &Path) -> Result<Self, ArchiveError> {
-        let file = File::open(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
+        let failed = |error| ArchiveError::Io(path.into(), error);
         let unreadable = |error: PmtError| ArchiveError::Unreadable(path.into(), error.to_string());
         let foreign = |reason: String| ArchiveError::Foreign(path.into(), reason);
+        // To open a pipe would wait for whoever writes into it.
+        if !fs::metadata(path).map_err(failed)?.is_file() {
+            return Err(ArchiveError::Unreadable(
+                path.into(),
+                "it is no regular file".to_owned(),
+            ));
+        }
+        let file = File::open(path).map_err(failed)?;
+        let whole = is_whole(&file).map_err(failed)?;
         let source = AsyncPmTilesReader::try_from_cached_source(PlainFile(file), HashMapCache::default());
         let tiles = Arc::new(pollster::block_on(source).map_err(unreadable)?);
+        if !whole {
+            return Err(ArchiveError::Unreadable(path.into(), "it is cut short".to_owned()));
+        }
         check_kind(tiles.get_header()).map_err(foreign)?;
         let json = pollster::block_on(tiles.get_metadata()).map_err(unreadable)?;
         let metadata = parse_metadata(&json).map_err(foreign)?;
         let entries = pollster::block_on(Arc::clone(&tiles).entries().try_collect()).map_err(unreadable)?;
         let addresses = entry_addresses(entries).map_err(foreign)?;
+        let ids: Vec<u64> = addresses.iter().map(|&address| tile_id(address)).collect();
+        if !ids.is_sorted_by(|one, next| one < next) {
+            return Err(foreign("its directory is in disorder".to_owned()));
+        }
         Ok(Self {
             path: path.into(),
             metadata,
+            version: XxHash3_128::oneshot(json.as_bytes()),
+            checksums: parse_checksums(&json, addresses.len()).map_err(foreign)?,
             addresses,
+            ids,
             tiles,
         })
     }
@@ -206,20 +280,52 @@ impl Reader {
         &self.metadata
     }
 
+    /// A hash of the metadata and of all checksums: archives of one version hold the same.
+    #[must_use]
+    pub fn version(&self) -> u128 {
+        self.version
+    }
+
+    /// What the bytes of the tile at `address` hash to, if the archive has it. Reads nothing.
+    #[must_use]
+    pub fn checksum(&self, address: TileAddress) -> Option<u64> {
+        let index = self.ids.binary_search(&tile_id(address)).ok()?;
+        Some(self.checksums[index])
+    }
+
     /// The bytes of the tile at `address`, if the archive has it. Blocks for one read of the file.
     ///
     /// # Errors
-    /// [`ArchiveError::Unreadable`] when the file is cut short or its directory is broken.
+    /// [`ArchiveError::Unreadable`] when the file is cut short or its directory is broken, [`ArchiveError::Damaged`] when
+    /// the bytes are not those that were written.
     pub fn tile(&self, address: TileAddress) -> Result<Option<Vec<u8>>, ArchiveError> {
+        let Some(expected) = self.checksum(address) else {
+            return Ok(None);
+        };
         let bytes = pollster::block_on(self.tiles.get_tile(coordinate(address)))
             .map_err(|error| ArchiveError::Unreadable(self.path.clone(), format!("tile {address}: {error}")))?;
-        Ok(bytes.map(Vec::from))
+        match bytes.filter(|bytes| checksum(bytes) == expected) {
+            Some(bytes) => Ok(Some(Vec::from(bytes))),
+            None => Err(ArchiveError::Damaged(self.path.clone(), address)),
+        }
     }
 
     /// All tiles, coarse zooms first, neighbours mostly one after the other.
     pub fn addresses(&self) -> impl ExactSizeIterator<Item = TileAddress> + '_ {
         self.addresses.iter().copied()
     }
+}
+
+/// Whether the file reaches to the end of its tiles, by bytes 56 to 71 of the header: where they begin, and their length.
+fn is_whole(file: &File) -> io::Result<bool> {
+    let mut fields = [[0; 8]; 2];
+    match file.read_exact_at(fields.as_flattened_mut(), 56) {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(false),
+        read => read?,
+    }
+    let [offset, length] = fields.map(u64::from_le_bytes);
+    let size = file.metadata()?.len();
+    Ok(offset.checked_add(length).is_some_and(|end| end <= size))
 }
 
 fn check_kind(header: &Header) -> Result<(), String> {
@@ -250,6 +356,11 @@ fn parse_metadata(json: &str) -> Result<Metadata, String> {
 fn coordinate(address: TileAddress) -> TileCoord {
     let row = (1_u32 << address.zoom) - 1 - address.y;
     TileCoord::new(address.zoom + 1, address.x, row).expect("zoom + 1 is at most 27, and column and row fit in it")
+}
+
+/// Its number along the curve of PMTiles, zoom by zoom.
+fn tile_id(address: TileAddress) -> u64 {
+    TileId::from(coordinate(address)).value()
 }
 
 /// The other way round; `None` for what the drawing at the top calls never used.

@@ -166,7 +166,7 @@ fn what_is_not_ours_is_refused_in_one_line() {
             .unwrap();
         let line = refusal(&path);
         assert!(
-            line.contains(&format!("not of surface-partition-tiles version 2: {refused}")),
+            line.contains(&format!("not of surface-partition-tiles version 3: {refused}")),
             "{line}"
         );
     }
@@ -175,7 +175,7 @@ fn what_is_not_ours_is_refused_in_one_line() {
     let mut later = metadata();
     later.version = VERSION + 1;
     Writer::create(&path).unwrap().finish(&later).unwrap();
-    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 3"));
+    assert!(refusal(&path).contains("its metadata say surface-partition-tiles version 4"));
 }
 
 #[test]
@@ -193,7 +193,8 @@ fn a_file_cut_short_or_scribbled_on_is_an_error_and_never_a_panic() {
     };
     assert!(read_all(&sound).is_ok());
     for length in [0, 1, 126, 127, 200, 16_384, sound.len() - 1] {
-        assert!(read_all(&sound[..length]).is_err(), "{length} bytes");
+        fs::write(&path, &sound[..length]).unwrap();
+        assert!(Reader::open(&path).is_err(), "{length} bytes");
     }
     for position in (0..127).chain((127..600).step_by(7)) {
         let mut broken = sound.clone();
@@ -201,4 +202,55 @@ fn a_file_cut_short_or_scribbled_on_is_an_error_and_never_a_panic() {
         // Some fields do not matter for reading; what counts is that none brings the program down.
         drop(read_all(&broken));
     }
+}
+
+#[test]
+fn no_damaged_byte_passes_for_a_tile() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.pmtiles");
+    write(&path, tiles().into_iter());
+    let sound = fs::read(&path).unwrap();
+    let tile_bytes: usize = tiles().iter().map(|(_, bytes)| bytes.len()).sum();
+    for position in sound.len() - tile_bytes..sound.len() {
+        let mut broken = sound.clone();
+        broken[position] ^= 1;
+        fs::write(&path, broken).unwrap();
+        let reader = Reader::open(&path).unwrap();
+        let all = tiles();
+        let refused = all.iter().filter(|(address, _)| match reader.tile(*address) {
+            Err(error) => error.to_string().ends_with("is damaged, or the file was overwritten"),
+            Ok(_) => false,
+        });
+        assert_eq!(refused.count(), 1, "byte {position}");
+    }
+}
+
+#[test]
+fn a_file_overwritten_while_it_is_open_gives_no_tile_of_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, other] = ["a", "b"].map(|name| folder.path().join(name));
+    write(&path, tiles().into_iter());
+    let swapped = |bytes: Vec<u8>| bytes.into_iter().rev().collect();
+    write(
+        &other,
+        tiles().into_iter().map(|(address, bytes)| (address, swapped(bytes))),
+    );
+    let reader = Reader::open(&path).unwrap();
+    let later = Reader::open(&other).unwrap();
+    assert_ne!(reader.version(), later.version());
+    fs::copy(&other, &path).unwrap();
+    for (address, _) in tiles() {
+        assert!(reader.tile(address).is_err(), "{address}");
+        assert_ne!(reader.checksum(address), later.checksum(address));
+    }
+}
+
+#[test]
+fn a_pipe_is_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&path).status().unwrap();
+    assert!(made.success());
+    let error = Reader::open(&path).err().unwrap().to_string();
+    assert!(error.ends_with("it is no regular file"), "{error}");
 }

@@ -5,6 +5,8 @@
 //! address, ellipsoid ──▶ tile ──────────▶ formats::spt ─────▶ archive ◀── metadata ──▶ layer_json
 //! where on the Earth     what is there    quantized_mesh      all tiles   of the whole   for map clients
 //!
+//! tile ────────────────▶ ground                              heights at places
+//!
 //! progressive ─────────▶ formats::spt, formats::spm           vertex splits as bytes
 //!
 //! formats, readers beside writers
@@ -24,6 +26,7 @@ pub mod address;
 pub mod archive;
 pub mod ellipsoid;
 pub mod formats;
+pub mod ground;
 pub mod layer_json;
 pub mod metadata;
 pub mod new_file;

@@ -7,7 +7,7 @@ use crate::outside::Outside;
 /// Name of the format in the metadata of an archive.
 pub const FORMAT: &str = "surface-partition-tiles";
 /// Version of the archive's layout; the tile format has its own.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// An archive's description of itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

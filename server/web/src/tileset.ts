@@ -30,6 +30,8 @@ export interface Metadata {
 /** One archive of the server. */
 export interface Tileset {
   readonly name: string;
+  /** Of the archive's content; tiles asked for by it never change. */
+  readonly version: string;
   readonly metadata: Metadata;
 }
 
@@ -56,7 +58,7 @@ export function heightsAbove({ source }: Metadata): string {
 
 /** URL of a tile of an archive, relative to the page. */
 export function tileUrl(tileset: Tileset, key: string): string {
-  return `${encodeURIComponent(tileset.name)}/${key}.spt`;
+  return `${encodeURIComponent(tileset.name)}/${key}.spt?v=${encodeURIComponent(tileset.version)}`;
 }
 
 function checked(value: Tileset): Tileset {
@@ -67,6 +69,7 @@ function checked(value: Tileset): Tileset {
     Number.isFinite(finest_error) && Array.isArray(available) && available.every((range) => isNumbers(range, 4));
   const valid =
     typeof value?.name === "string" &&
+    typeof value.version === "string" &&
     isNumbers(metadata?.bounds, 4) &&
     isNumbers(metadata?.heights, 2) &&
     Array.isArray(metadata?.zooms) &&

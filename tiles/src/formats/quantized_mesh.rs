@@ -20,7 +20,7 @@ mod validate;
 use glam::DVec3;
 
 pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
-pub use encode::encode;
+pub use encode::{Extensions, encode};
 pub use normals::addresses_around;
 pub use validate::{Fault, validate};
 

@@ -78,7 +78,7 @@ fn hills(x: f64, y: f64) -> f64 {
 fn through_bytes(tile: &Tile) -> QuantizedMesh {
     let mesh = QuantizedMesh::from_tile(tile, &[], &Outside::Ellipsoid);
     assert_eq!(validate(&mesh, tile.address), Ok(()));
-    let decoded = decode(&encode(&mesh, true), &QuantizedMeshLimits::default()).unwrap();
+    let decoded = decode(&encode(&mesh, Extensions::ALL), &QuantizedMeshLimits::default()).unwrap();
     assert_eq!(decoded, mesh);
     decoded
 }
@@ -366,11 +366,25 @@ fn the_bare_ellipsoid_is_valid_at_every_zoom() {
 }
 
 #[test]
+fn extensions_that_were_not_asked_for_are_not_there() {
+    let mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &Outside::Ellipsoid);
+    for names in ["", "watermask", "octvertexnormals", "metadata-measuredtriangles"] {
+        let asked = Extensions::named(names.split('-'));
+        let there = decode(&encode(&mesh, asked), &QuantizedMeshLimits::default()).unwrap();
+        assert_eq!(there.normals.is_some(), names.contains("octvertexnormals"), "{names}");
+        assert_eq!(
+            there.measured_triangles.is_some(),
+            names.contains("measuredtriangles"),
+            "{names}"
+        );
+    }
+}
+
+#[test]
 fn a_tile_of_two_triangles_has_the_bytes_of_the_specification() {
     let mesh = QuantizedMesh::unmeasured(address(12, 4_096, 2_048), &Outside::Ellipsoid);
-    let bytes = encode(&mesh, false);
-    assert_eq!(bytes.len(), 88 + (4 + 4 * 6) + (4 + 6 * 2) + 4 * (4 + 2 * 2) + (5 + 4));
-    assert_eq!(encode(&mesh, true).len(), bytes.len() + 5 + 2 * 4);
+    let bytes = encode(&mesh, Extensions::default());
+    assert_eq!(bytes.len(), 88 + (4 + 4 * 6) + (4 + 6 * 2) + 4 * (4 + 2 * 2));
     assert_eq!(bytes[88..92], [4, 0, 0, 0], "vertices");
     assert_eq!(bytes[116..120], [2, 0, 0, 0], "triangles");
     // Triangles 0 1 2 and 3 1 0: after the first use of 3 the next one never used is 4.
@@ -379,7 +393,8 @@ fn a_tile_of_two_triangles_has_the_bytes_of_the_specification() {
         .map(|code| u16::from_le_bytes([code[0], code[1]]))
         .collect();
     assert_eq!(codes, [0, 0, 0, 0, 4 - 1, 4]);
-    assert_eq!(bytes[164..], [200, 4, 0, 0, 0, 0, 0, 0, 0]);
+    let extended = encode(&mesh, Extensions::ALL);
+    assert_eq!(extended[164 + 5 + 2 * 4..], [200, 4, 0, 0, 0, 0, 0, 0, 0]);
 }
 
 #[test]
@@ -392,7 +407,7 @@ fn more_than_65536_vertices_take_padded_four_byte_indices() {
         let vertices = quantized.vertices.len();
         assert_eq!(vertices as u32, (cells + 1) * (cells + 1));
         let count = (92 + 6 * vertices).next_multiple_of(4);
-        let bytes = encode(&quantized, false);
+        let bytes = encode(&quantized, Extensions::default());
         assert_eq!(bytes[count..count + 4], (2 * cells * cells).to_le_bytes());
     }
 }
@@ -475,7 +490,7 @@ fn slivers_along_a_side_do_not_tilt_its_normals() {
 #[test]
 fn every_truncation_is_an_error_and_no_flipped_byte_a_panic() {
     let (_, mesh) = plateau(100.0);
-    let bytes = encode(&mesh, true);
+    let bytes = encode(&mesh, Extensions::ALL);
     let extensions = bytes.len() - (5 + 4) - (5 + 2 * mesh.vertices.len());
     let ends = [extensions, bytes.len() - 9, bytes.len()];
     for length in (0..bytes.len()).filter(|length| !ends.contains(length)) {
@@ -498,9 +513,9 @@ fn what_a_tile_asks_for_is_limited() {
         vertices: 10,
         triangles: 1_000,
     };
-    let error = decode(&encode(&mesh, true), &limits).unwrap_err();
+    let error = decode(&encode(&mesh, Extensions::ALL), &limits).unwrap_err();
     assert!(error.to_string().ends_with("vertices, the limit is 10"), "{error}");
-    let mut bytes = encode(&mesh, true);
+    let mut bytes = encode(&mesh, Extensions::ALL);
     bytes[88..92].copy_from_slice(&4_000_000_u32.to_le_bytes());
     assert_eq!(
         decode(&bytes, &QuantizedMeshLimits::default()),
@@ -567,7 +582,7 @@ fn tiles_of_other_makers_are_read() {
             (vertices, triangles, normals)
         );
         assert_eq!(mesh.measured_triangles, None);
-        let again = decode(&encode(&mesh, true), &QuantizedMeshLimits::default()).unwrap();
+        let again = decode(&encode(&mesh, Extensions::ALL), &QuantizedMeshLimits::default()).unwrap();
         assert_eq!(again, mesh, "{name}");
     }
     // Its extension has a big-endian length, as the first servers wrote it.

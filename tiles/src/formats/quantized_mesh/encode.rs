@@ -3,7 +3,7 @@
 //! ```text
 //! ┌─────────┬───────┬─────┬─────┬─────────┬─────────┬───────┬─────────┬──────────────┬────────────┐
 //! │ header  │ u32   │ u,v,height│ 0 or 2  │ u32     │ 3 idx │ 4 × u32 │ extension 1  │ extension  │
-//! │ 88 B    │ count │ 6 B each  │ padding │ count   │ each  │ + idx   │ on request   │ 200        │
+//! │ 88 B    │ count │ 6 B each  │ padding │ count   │ each  │ + idx   │ if asked for │ 200, too   │
 //! └─────────┴───────┴───────────┴─────────┴─────────┴───────┴─────────┴──────────────┴────────────┘
 //! ```
 
@@ -16,9 +16,39 @@ pub(super) const NORMALS_EXTENSION: u8 = 1;
 /// Extension of ours: the number of measured triangles, u32.
 pub(super) const MEASURED_EXTENSION: u8 = 200;
 
-/// The bytes of `mesh`; its normals only `with_normals`, since clients that did not ask for them need not know them.
+/// Which extensions a client asks for: none that it did not ask for may be sent, since some clients fail on ids that they do not know.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Extensions {
+    /// `octvertexnormals`.
+    pub normals: bool,
+    /// `measuredtriangles`, ours.
+    pub measured_triangles: bool,
+}
+
+impl Extensions {
+    /// All that there are.
+    pub const ALL: Self = Self {
+        normals: true,
+        measured_triangles: true,
+    };
+
+    /// Those that have these names. Other names, of extensions that are not made here, are passed over.
+    #[must_use]
+    pub fn named<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+        names.fold(Self::default(), |asked, name| match name {
+            "octvertexnormals" => Self { normals: true, ..asked },
+            "measuredtriangles" => Self {
+                measured_triangles: true,
+                ..asked
+            },
+            _ => asked,
+        })
+    }
+}
+
+/// The bytes of `mesh` with the `extensions` that were asked for.
 #[must_use]
-pub fn encode(mesh: &QuantizedMesh, with_normals: bool) -> Vec<u8> {
+pub fn encode(mesh: &QuantizedMesh, extensions: Extensions) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(128 + mesh.vertices.len() * 8 + mesh.triangles.len() * 6);
     write_header(&mut bytes, mesh);
     write_vertices(&mut bytes, &mesh.vertices);
@@ -32,10 +62,10 @@ pub fn encode(mesh: &QuantizedMesh, with_normals: bool) -> Vec<u8> {
         bytes.extend((edge.len() as u32).to_le_bytes());
         write_indices(&mut bytes, edge.iter().copied(), short);
     }
-    if let Some(normals) = mesh.normals.as_ref().filter(|_| with_normals) {
+    if let Some(normals) = mesh.normals.as_ref().filter(|_| extensions.normals) {
         write_extension(&mut bytes, NORMALS_EXTENSION, normals.as_flattened());
     }
-    if let Some(measured) = mesh.measured_triangles {
+    if let Some(measured) = mesh.measured_triangles.filter(|_| extensions.measured_triangles) {
         write_extension(&mut bytes, MEASURED_EXTENSION, &measured.to_le_bytes());
     }
     bytes

@@ -1,0 +1,140 @@
+//! Connections: how many there may be, how long each may be silent, and how all of them end.
+//!
+//! ```text
+//! wait for a place among the connections ─▶ accept ─▶ serve with limits ─▶ leave the place
+//! asked to stop ─▶ accept no more ─▶ let answers end ─▶ leave the rest at the deadline
+//! ```
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::{ConnectInfo, Request};
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::server::graceful::{GracefulShutdown, Watcher};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_io_timeout::TimeoutStream;
+use tower::ServiceExt;
+
+use crate::observe::Metrics;
+use crate::settings::Settings;
+
+/// Open files that are not connections: archives, logs, what libraries need.
+const OTHER_FILES: u64 = 64;
+/// After a failure to accept, such as too many open files: those that are open end meanwhile.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Answers what comes to `listener` by `router` until `stop` is ready, then at most as long as the settings say.
+pub async fn serve(
+    listener: TcpListener,
+    router: Router,
+    metrics: &Metrics,
+    settings: &Settings,
+    stop: impl Future<Output = ()>,
+) {
+    let places = Arc::new(Semaphore::new(most_connections(settings)));
+    let connections = GracefulShutdown::new();
+    tokio::pin!(stop);
+    loop {
+        let next = next_connection(&listener, &places, metrics);
+        let (stream, peer, place) = tokio::select! {
+            connection = next => connection,
+            () = &mut stop => break,
+        };
+        let connection = Connection {
+            place,
+            metrics: metrics.clone(),
+            watcher: connections.watcher(),
+        };
+        tokio::spawn(connection.serve(stream, peer, router.clone(), limits(settings), settings.write_timeout));
+    }
+    drop(listener);
+    let deadline = Duration::from_secs(settings.stop_within);
+    let open = connections.count();
+    if tokio::time::timeout(deadline, connections.shutdown()).await.is_err() {
+        tracing::warn!("stopped with connections that did not end in {deadline:?}; {open} were open");
+    }
+}
+
+/// No more than the system allows this process to open, which is raised as far as it may be.
+fn most_connections(settings: &Settings) -> usize {
+    let wanted = settings.max_connections as u64;
+    let files = rlimit::increase_nofile_limit(wanted + OTHER_FILES).unwrap_or(OTHER_FILES);
+    let allowed = files.saturating_sub(OTHER_FILES).max(1).min(wanted);
+    if allowed < wanted {
+        tracing::warn!("{files} files may be open here: at most {allowed} connections instead of {wanted}");
+    }
+    usize::try_from(allowed)
+        .unwrap_or(usize::MAX)
+        .min(Semaphore::MAX_PERMITS)
+}
+
+async fn next_connection(
+    listener: &TcpListener,
+    places: &Arc<Semaphore>,
+    metrics: &Metrics,
+) -> (TcpStream, SocketAddr, OwnedSemaphorePermit) {
+    if places.available_permits() == 0 {
+        metrics.waiting.inc();
+        tracing::warn!("as many connections are open as may be; others wait");
+    }
+    let place = Arc::clone(places).acquire_owned().await.expect("it is never closed");
+    loop {
+        match listener.accept().await {
+            Ok((stream, peer)) => return (stream, peer, place),
+            Err(error) => {
+                tracing::warn!("a connection could not be accepted: {error}");
+                tokio::time::sleep(PAUSE).await;
+            }
+        }
+    }
+}
+
+fn limits(settings: &Settings) -> http1::Builder {
+    let mut builder = http1::Builder::new();
+    builder
+        .timer(TokioTimer::new())
+        .header_read_timeout(Duration::from_secs(settings.header_timeout))
+        .max_buf_size(settings.max_headers << 10);
+    builder
+}
+
+/// One of the places, while it is taken.
+struct Connection {
+    place: OwnedSemaphorePermit,
+    metrics: Metrics,
+    watcher: Watcher,
+}
+
+impl Connection {
+    async fn serve(
+        self,
+        stream: TcpStream,
+        peer: SocketAddr,
+        router: Router,
+        limits: http1::Builder,
+        write_timeout: u64,
+    ) {
+        self.metrics.connections.inc();
+        if let Err(error) = stream.set_nodelay(true) {
+            tracing::debug!("{peer}: {error}");
+        }
+        let mut stream = TimeoutStream::new(stream);
+        stream.set_write_timeout(Some(Duration::from_secs(write_timeout)));
+        let answer = service_fn(move |mut request: Request<Incoming>| {
+            request.extensions_mut().insert(ConnectInfo(peer));
+            router.clone().oneshot(request)
+        });
+        let connection = limits.serve_connection(TokioIo::new(Box::pin(stream)), answer);
+        if let Err(error) = self.watcher.watch(connection).await {
+            tracing::debug!("{peer}: {error}");
+        }
+        self.metrics.connections.dec();
+        drop(self.place);
+    }
+}

@@ -1,0 +1,103 @@
+//! Requests for archives' lists, documents and tiles.
+
+use std::sync::Arc;
+
+use axum::body::Bytes;
+use axum::extract::{Path, RawQuery, State};
+use axum::http::HeaderMap;
+use axum::response::Response;
+use serde_json::json;
+use twox_hash::XxHash3_128;
+
+use crate::Service;
+use crate::answer::Description;
+use crate::bodies::Key;
+use crate::coding::Coding;
+use crate::failure::Failure;
+use crate::tileset::{Form, TileError, TileRequest, Tileset};
+
+/// Smaller documents are not worth compressing.
+const COMPRESSED_FROM_BYTES: usize = 1 << 10;
+
+pub(crate) async fn list(State(service): State<Service>, headers: HeaderMap) -> Result<Response, Failure> {
+    let tilesets = service.catalogue.tilesets();
+    let entries: Vec<_> = tilesets
+        .values()
+        .map(|tileset| json!({"name": tileset.name, "version": tileset.version, "metadata": tileset.metadata()}))
+        .collect();
+    let document = serde_json::to_vec(&entries).map_err(Failure::internal)?;
+    json_document(&service, document.into(), &headers).await
+}
+
+pub(crate) async fn layer_json(
+    State(service): State<Service>,
+    Path(name): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, Failure> {
+    let document = service.find(&name)?.layer_json.clone();
+    json_document(&service, document, &headers).await
+}
+
+/// A document that was made for this answer; its tag is a hash.
+pub(crate) async fn json_document(service: &Service, body: Bytes, headers: &HeaderMap) -> Result<Response, Failure> {
+    let coding = if body.len() < COMPRESSED_FROM_BYTES {
+        Coding::Identity
+    } else {
+        Coding::accepted(headers)
+    };
+    let tag = format!("{:032x}", XxHash3_128::oneshot(&body));
+    let description = Description::new("application/json", &tag, coding).varying_by("accept-encoding");
+    let body = service.bodies.document(&tag, body, coding).await?;
+    Ok(description.respond(headers, body))
+}
+
+pub(crate) async fn tile(
+    State(service): State<Service>,
+    Path((name, z, x, file)): Path<(String, String, String, String)>,
+    RawQuery(query): RawQuery,
+    headers: HeaderMap,
+) -> Result<Response, Failure> {
+    let query = query.unwrap_or_default();
+    let tileset = service.find(&name)?;
+    let request = TileRequest::parse([&z, &x, &file], &query, &headers)?;
+    let answered = answer(&service, &tileset, &request, &query, &headers).await;
+    let answered = match answered {
+        Err(TileError::Unreadable(reason)) => {
+            // Somebody may be overwriting the file.
+            tracing::warn!("{reason}");
+            service.look_again().await;
+            let now = service.find(&name)?;
+            answer(&service, &now, &request, &query, &headers).await
+        }
+        answered => answered,
+    };
+    answered.map_err(|error| match error {
+        TileError::Missing => Failure::NotFound(format!("tileset “{name}” has no tile {}", request.address)),
+        TileError::Unreadable(reason) => Failure::internal(reason),
+        TileError::Failure(failure) => failure,
+    })
+}
+
+async fn answer(
+    service: &Service,
+    tileset: &Arc<Tileset>,
+    request: &TileRequest,
+    query: &str,
+    headers: &HeaderMap,
+) -> Result<Response, TileError> {
+    let tag = tileset.tag(request).ok_or(TileError::Missing)?;
+    let description = match request.form {
+        Form::Progressive => Description::new("application/octet-stream", &tag, request.coding()),
+        Form::QuantizedMesh { .. } => Description::new("application/vnd.quantized-mesh", &tag, request.coding())
+            .varying_by("accept, accept-encoding"),
+    };
+    let description = description.immutable(tileset.is_named_in(query));
+    if let Some(response) = description.not_modified(headers) {
+        return Ok(response);
+    }
+    let key = Key::Tile(tileset.generation, request.address, request.form);
+    let (source, wanted) = (Arc::clone(tileset), *request);
+    // Reading, decoding and encoding a tile takes milliseconds of one core.
+    let body = service.bodies.get(key, move || source.body(&wanted)).await?;
+    Ok(description.respond(headers, body))
+}

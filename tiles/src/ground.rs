@@ -1,0 +1,193 @@
+//! Heights of a tile's finest surface at places on the Earth: where the ellipsoid's normal meets a triangle that is flat in space,
+//! which is the surface that its errors are certified of.
+//!
+//! ```text
+//! place ─▶ cell of a grid over the tile ─▶ triangles that reach into it ─▶ the one that the normal meets ─▶ height
+//! ```
+
+use glam::{DVec2, DVec3};
+
+use crate::address::TileAddress;
+use crate::ellipsoid::{Geodetic, normal, to_earth_centred};
+use crate::tile::Tile;
+
+/// Cells of the grid hold so many triangles on average.
+const TRIANGLES_PER_CELL: f64 = 2.0;
+/// Largest number of cells along a side.
+const MOST_CELLS: usize = 1 << 10;
+/// By so much of a triangle a normal may pass beside it, for rounding.
+const SLACK: f64 = 1e-7;
+
+/// A tile's finest surface, ready to be asked for heights.
+pub struct Ground {
+    address: TileAddress,
+    error: f64,
+    /// Earth-centred metres from `origin`.
+    positions: Vec<DVec3>,
+    origin: DVec3,
+    triangles: Vec<[u32; 3]>,
+    /// Cells along a side.
+    cells: usize,
+    /// Where each cell's triangles begin in `members`, cells row by row from the south; and the end of the last.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+    reach: f64,
+}
+
+impl Ground {
+    /// The finest surface of `tile`.
+    #[must_use]
+    pub fn of(tile: &Tile) -> Self {
+        let mesh = tile.surface(tile.finest());
+        let places: Vec<Geodetic> = mesh.positions.iter().map(|&position| tile.geodetic(position)).collect();
+        let origin = places.first().map_or(DVec3::ZERO, |&place| to_earth_centred(place));
+        let fractions: Vec<DVec2> = places
+            .iter()
+            .map(|place| fraction(tile.address, place.longitude, place.latitude))
+            .collect();
+        let cells = ((mesh.triangles.len() as f64 / TRIANGLES_PER_CELL).sqrt().ceil() as usize).clamp(1, MOST_CELLS);
+        let boxes: Vec<[DVec2; 2]> = mesh
+            .triangles
+            .iter()
+            .map(|triangle| plan_box(tile.address, triangle.map(|vertex| fractions[vertex as usize])))
+            .collect();
+        let outside = boxes
+            .iter()
+            .map(|[low, high]| (-low.min_element()).max(high.max_element() - 1.0));
+        let reach = outside.fold(0.0, f64::max);
+        let (starts, members) = sort_into_cells(&boxes, cells);
+        Self {
+            address: tile.address,
+            error: tile.finest_error(),
+            positions: places.iter().map(|&place| to_earth_centred(place) - origin).collect(),
+            origin,
+            triangles: mesh.triangles,
+            cells,
+            starts,
+            members,
+            reach,
+        }
+    }
+
+    /// Certified vertical error of the surface, metres.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// How far beyond its square the tile's triangles may reach, in parts of its side: edges that are straight in space bulge in plan.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Bytes in memory, about.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        size_of_val(&*self.positions)
+            + size_of_val(&*self.triangles)
+            + size_of_val(&*self.starts)
+            + size_of_val(&*self.members)
+    }
+
+    /// Metres above what the tile's heights are above, at degrees of longitude and latitude; none where no triangle is.
+    #[must_use]
+    pub fn height(&self, longitude: f64, latitude: f64) -> Option<f64> {
+        let foot = Geodetic {
+            longitude,
+            latitude,
+            height: 0.0,
+        };
+        let foot = to_earth_centred(foot) - self.origin;
+        let up = normal(longitude, latitude);
+        let hits = self
+            .candidates(fraction(self.address, longitude, latitude))
+            .iter()
+            .filter_map(|&triangle| self.hit(triangle, foot, up));
+        // Beside an edge two triangles may be hit, for rounding: the one that is hit further inside counts.
+        hits.max_by(|(one, _), (other, _)| one.total_cmp(other))
+            .filter(|(inside, _)| *inside >= -SLACK)
+            .map(|(_, height)| height)
+    }
+
+    /// Triangles that may be over a place of the tile, or just beside it.
+    fn candidates(&self, fraction: DVec2) -> &[u32] {
+        let cell = cell_of(fraction, self.cells);
+        let index = cell[1] * self.cells + cell[0];
+        &self.members[self.starts[index] as usize..self.starts[index + 1] as usize]
+    }
+
+    /// Least barycentric coordinate of where the line along `up` through `foot` meets the triangle's plane, and how far up
+    /// that is. After T. Möller and B. Trumbore, *Fast, Minimum Storage Ray/Triangle Intersection*, 1997.
+    fn hit(&self, triangle: u32, foot: DVec3, up: DVec3) -> Option<(f64, f64)> {
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize]);
+        let (ab, ac) = (b - a, c - a);
+        let across = up.cross(ac);
+        let volume = ab.dot(across);
+        // An upright triangle is met nowhere or everywhere.
+        if volume.abs() <= f64::EPSILON * ab.length() * ac.length() {
+            return None;
+        }
+        let from_a = foot - a;
+        let second = from_a.dot(across) / volume;
+        let cross = from_a.cross(ab);
+        let third = up.dot(cross) / volume;
+        let inside = second.min(third).min(1.0 - second - third);
+        Some((inside, ac.dot(cross) / volume))
+    }
+}
+
+/// 0 to 1 from the tile's west side to its east side, and from south to north.
+fn fraction(address: TileAddress, longitude: f64, latitude: f64) -> DVec2 {
+    DVec2::new(longitude - address.west(), latitude - address.south()) / address.degrees()
+}
+
+fn cell_of(fraction: DVec2, cells: usize) -> [usize; 2] {
+    // Out of range, also where it is no number, floats become the nearest integer that there is.
+    (fraction * cells as f64)
+        .to_array()
+        .map(|cell| (cell as usize).min(cells - 1))
+}
+
+/// Box in plan around a triangle that is flat in space, in parts of the tile's side.
+///
+/// Of an edge over d radians a straight line in degrees is never further away than d²/4, times the tangent of the latitude
+/// where that is more than 45°; next to a pole never further than d.
+fn plan_box(address: TileAddress, corners: [DVec2; 3]) -> [DVec2; 2] {
+    let low = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+    let high = corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+    let radians = address.degrees().to_radians();
+    let extent = (high - low).max_element() * radians;
+    let latitudes = [low.y, high.y].map(|y| (address.south().to_radians() + y * radians).abs());
+    let steepest = latitudes[0].max(latitudes[1]).tan().abs();
+    let margin = (extent * extent / 4.0 * (1.0 + steepest)).min(extent) / radians;
+    [low - margin, high + margin]
+}
+
+/// Counts, then fills: each cell's triangles, cells row by row.
+fn sort_into_cells(boxes: &[[DVec2; 2]], cells: usize) -> (Vec<u32>, Vec<u32>) {
+    let covered = |[low, high]: [DVec2; 2]| {
+        let ([west, south], [east, north]) = (cell_of(low, cells), cell_of(high, cells));
+        (south..=north).flat_map(move |row| (west..=east).map(move |column| row * cells + column))
+    };
+    let mut starts = vec![0_u32; cells * cells + 1];
+    for &extent in boxes {
+        covered(extent).for_each(|cell| starts[cell + 1] += 1);
+    }
+    for cell in 0..cells * cells {
+        starts[cell + 1] += starts[cell];
+    }
+    let mut members = vec![0; starts[cells * cells] as usize];
+    let mut next = starts.clone();
+    for (triangle, &extent) in boxes.iter().enumerate() {
+        for cell in covered(extent) {
+            members[next[cell] as usize] = triangle as u32;
+            next[cell] += 1;
+        }
+    }
+    (starts, members)
+}
+
+#[cfg(test)]
+#[path = "ground_tests.rs"]
+mod tests;
