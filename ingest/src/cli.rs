@@ -429,6 +429,9 @@ pub(crate) struct RasterArgs {
     /// The widest void that --voids fill fills; if not given, forty cells.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) fill_width: Option<f64>,
+    /// Polygons (GeoJSON, Shapefile, FlatGeobuf) within which the surface is level, at the median of the samples inside: lakes, runways.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) water: Option<PathBuf>,
     /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
     /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
     /// says.

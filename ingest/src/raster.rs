@@ -21,6 +21,7 @@ mod tiff_file;
 mod undeclared;
 mod units;
 mod vertical;
+mod water;
 mod zip;
 
 use std::collections::BTreeSet;
@@ -51,6 +52,7 @@ use pieces::{cut, part_size};
 use remark::{HIGHEST, remark, tell};
 use source::Source;
 use vertical::HeightReference;
+use water::Lake;
 
 /// Cells of a file across which it is bent to meet one that counts before it, if nothing else is asked for.
 const BLEND: f64 = 5.0;
@@ -66,6 +68,7 @@ pub struct Rasters {
     files: Vec<Source>,
     mosaic: Mosaic,
     rules: composition::Rules,
+    lakes: Vec<Lake>,
     georeference: GeoReference,
     limits: RasterLimits,
     progress: Progress,
@@ -106,15 +109,46 @@ impl Rasters {
         let georeference = georeference(files[mosaic.lattice].layout(), &mosaic, options)?;
         tell(&layouts, &options.progress);
         tell_of_lattice(&layouts, &mosaic, &options.progress);
-        Ok(Self {
+        let mut rasters = Self {
             rules: composition_rules(&mosaic, &georeference, reading),
+            lakes: Vec::new(),
             files,
             mosaic,
             georeference,
             limits: options.limits,
             progress: options.progress.clone(),
             overrides: options.overrides.clone(),
-        })
+        };
+        if let Some(path) = &reading.water {
+            rasters.lakes = rasters.levelled(Path::new(path))?;
+        }
+        Ok(rasters)
+    }
+
+    /// The polygons of a file, each at the level of the samples inside.
+    fn levelled(&self, path: &Path) -> Result<Vec<Lake>, ReadError> {
+        let mut lakes = water::lakes(path, &self.files[self.mosaic.lattice].layout().crs, self.mosaic.to_crs)?;
+        let whole = [0, 1].map(|axis| {
+            let first = self.mosaic.origin[axis];
+            first..first + self.size()[axis] as i64
+        });
+        for lake in &mut lakes {
+            lake.level = water::level(lake, [&whole[0], &whole[1]], |on_lattice| {
+                let [columns, rows] = [0, 1].map(|axis| {
+                    let first = self.mosaic.origin[axis];
+                    (on_lattice[axis].start - first) as usize..(on_lattice[axis].end - first) as usize
+                });
+                Ok(self.read(columns, rows)?.heights)
+            })?;
+        }
+        let there = lakes.iter().filter(|lake| lake.level.is_some()).count();
+        self.progress.note(&format!(
+            "{}: {there} of {} polygons are on samples, and level",
+            path.display(),
+            lakes.len()
+        ));
+        lakes.retain(|lake| lake.level.is_some());
+        Ok(lakes)
     }
 
     /// What files say of their heights, each different one once.
@@ -323,10 +357,11 @@ impl Raster for Rasters {
         });
         let filled = composition.fill([&across, &down]);
         faults[self.mosaic.ranks[0]].filled = filled;
-        Ok(Rectangle {
-            heights: composition.window([&across, &down]),
-            faults,
-        })
+        let mut heights = composition.window([&across, &down]);
+        for lake in &self.lakes {
+            lake.level_in([&across, &down], &mut heights);
+        }
+        Ok(Rectangle { heights, faults })
     }
 
     fn georeference(&self) -> &GeoReference {
@@ -354,6 +389,11 @@ impl Raster for Rasters {
     fn stamps(&self) -> Vec<String> {
         let own: Vec<String> = self.paths().map(stamp_of).collect();
         let reach = self.rules.reach() as i64;
+        // A lake's level depends on all samples in it.
+        let water = match &self.overrides.reading.water {
+            Some(path) => format!("{} {}", stamp_of(Path::new(path)), own.join(" ")),
+            None => String::new(),
+        };
         let stamp = |place: &mosaic::Place| {
             let wider = [0, 1].map(|axis| {
                 let range = &place.extent[axis];
@@ -361,7 +401,7 @@ impl Raster for Rasters {
             });
             let near = self.files_in([&wider[0], &wider[1]]);
             let stamps: Vec<&str> = near.into_iter().map(|file| own[file].as_str()).collect();
-            format!("{} {:?}", stamps.join(" "), self.overrides)
+            format!("{} {water} {:?}", stamps.join(" "), self.overrides)
         };
         let of_places = self.mosaic.places.iter().map(stamp);
         own.iter()

@@ -118,6 +118,9 @@ pub struct Reading {
     /// Whether rasters count in their order, whatever their cells.
     #[serde(default, skip_serializing_if = "is_false")]
     pub by_order: bool,
+    /// A file of polygons within which the surface is level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub water: Option<String>,
     /// Whether voids are filled, and how wide in metres they may be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
@@ -155,6 +158,7 @@ impl Reading {
             around: self.around.or(other.around),
             blend: self.blend.or(other.blend),
             by_order: self.by_order || other.by_order,
+            water: self.water.or(other.water),
             fill: self.fill.or(other.fill),
         }
     }

@@ -68,6 +68,7 @@ pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides 
             around: raster.around,
             blend: raster.blend,
             by_order: matches!(raster.priority, Priority::Order),
+            water: raster.water.map(|path| path.display().to_string()),
             fill: matches!(raster.voids, VoidPolicy::Fill).then_some(Fill {
                 widest: raster.fill_width,
             }),

@@ -30,6 +30,8 @@ pub(super) const DRIVERS: [&str; 21] = [
     "USGSDEM",
     "XYZ",
 ];
+/// Formats of polygons.
+pub(super) const VECTOR_DRIVERS: [&str; 3] = ["GeoJSON", "ESRI Shapefile", "FlatGeobuf"];
 /// The driver of virtual rasters, for whoever asks for it.
 pub(super) const VIRTUAL: &str = "VRT";
 /// How names of rasters end that are looked for in a folder or an archive, in small letters.
@@ -60,7 +62,8 @@ pub(super) fn prepare_gdal(with_virtual: bool) {
     let _ = gdal::config::set_config_option("GDAL_CACHEMAX", BLOCK_CACHE);
     DriverManager::prevent_auto_registration();
     DriverManager::register_all();
-    let is_wanted = |name: &str| DRIVERS.contains(&name) || with_virtual && name == VIRTUAL;
+    let is_wanted =
+        |name: &str| DRIVERS.contains(&name) || VECTOR_DRIVERS.contains(&name) || with_virtual && name == VIRTUAL;
     let unwanted: Vec<_> = DriverManager::all()
         .filter(|driver| !is_wanted(&driver.short_name()))
         .collect();
