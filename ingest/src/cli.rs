@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_ingest::pyramid::Job;
 use terrain_ingest::raster;
-use terrain_tiles::metadata::{HeightsAbove, RasterReader};
+use terrain_tiles::metadata::{HeightsAbove, OutsidePolicy, RasterReader};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -102,7 +102,7 @@ pub(crate) enum Command {
 /// The main job: an archive of tiles.
 #[derive(Args)]
 pub(crate) struct BuildArgs {
-    /// Elevation rasters; several must share CRS, cell size and alignment, and become one surface.
+    /// Elevation rasters; several become one surface, whatever their cells and coordinate reference systems.
     #[arg(value_name = "DEM", required = true)]
     pub(crate) dems: Vec<PathBuf>,
     /// Archive to write; the first DEM's name with .pmtiles, in the current folder, if not given.
@@ -125,6 +125,9 @@ pub(crate) struct TileArgs {
     /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
+    /// What CesiumJS and its kin see where nothing was measured, around the data and in their holes.
+    #[arg(long, value_enum, default_value = "extend")]
+    pub(crate) outside: OutsideName,
     #[command(flatten)]
     pub(crate) surface: SurfaceArgs,
 }
@@ -190,7 +193,7 @@ pub(crate) struct UpdateArgs {
 #[derive(Args)]
 #[command(after_help = PLAN_EXAMPLES)]
 pub(crate) struct PlanArgs {
-    /// Elevation rasters; several must share CRS, cell size and alignment, and become one surface.
+    /// Elevation rasters; several become one surface, whatever their cells and coordinate reference systems.
     #[arg(value_name = "DEM", required = true)]
     pub(crate) dems: Vec<PathBuf>,
     /// The store that all machines share: a folder, or a bucket as s3://bucket/path, gs://… or az://….
@@ -407,6 +410,25 @@ pub(crate) struct RasterArgs {
     /// Read virtual rasters (.vrt), and every file and address that they name.
     #[arg(long)]
     pub(crate) allow_vrt: bool,
+    /// Raster below and around all others, where these have no height; several are asked in their order.
+    #[arg(long, value_name = "DEM", num_args = 1..)]
+    pub(crate) underlay: Vec<PathBuf>,
+    /// How far underlays reach beyond the other rasters; if not given, by half of their width and height on each side.
+    #[arg(long, value_name = "METRES", requires = "underlay", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) around: Option<f64>,
+    /// How far from a joint a raster is bent to meet one that counts before it where both differ, 0 for not at all; if not given,
+    /// five of its cells, or a hundred of the finest raster's if that is less.
+    #[arg(long, value_name = "METRES", value_parser = not_negative, allow_negative_numbers = true)]
+    pub(crate) blend: Option<f64>,
+    /// Which raster counts where several have a height.
+    #[arg(long, value_enum, default_value = "resolution")]
+    pub(crate) priority: Priority,
+    /// What becomes of voids that no raster has a height for.
+    #[arg(long, value_enum, default_value = "hole")]
+    pub(crate) voids: VoidPolicy,
+    /// The widest void that --voids fill fills; if not given, forty cells.
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) fill_width: Option<f64>,
     /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
     /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
     /// says.
@@ -455,6 +477,49 @@ impl From<ReaderName> for RasterReader {
             ReaderName::Exr => Self::Exr,
         }
     }
+}
+
+/// Which raster counts.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Priority {
+    /// The one with the finest cells, of equally fine ones the first.
+    Resolution,
+    /// The first.
+    Order,
+}
+
+/// What is where nothing was measured.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum OutsideName {
+    /// The ellipsoid, with walls up to the data.
+    Ellipsoid,
+    /// The sea level, with walls up to the data.
+    Geoid,
+    /// Ground that goes on from the edge of the data without a wall, and comes down to the ellipsoid as far away as the data are
+    /// wide.
+    Extend,
+    /// Nothing: tiles end where the data do.
+    None,
+}
+
+impl From<OutsideName> for OutsidePolicy {
+    fn from(name: OutsideName) -> Self {
+        match name {
+            OutsideName::Ellipsoid => Self::Ellipsoid,
+            OutsideName::Geoid => Self::Geoid,
+            OutsideName::Extend => Self::Extend,
+            OutsideName::None => Self::None,
+        }
+    }
+}
+
+/// What becomes of voids.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum VoidPolicy {
+    /// They stay holes.
+    Hole,
+    /// They are filled, smoothly from their rims; outer rims stay where they are.
+    Fill,
 }
 
 /// What heights are above.
@@ -517,6 +582,15 @@ fn positive(text: &str) -> Result<f64, String> {
         Ok(number)
     } else {
         Err("must be a number above 0".to_owned())
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if number >= 0.0 && number.is_finite() {
+        Ok(number)
+    } else {
+        Err("must be 0 or a number above it".to_owned())
     }
 }
 

@@ -243,6 +243,7 @@ fn options(tiles: &TileArgs, run: &RunArgs) -> pyramid::Options {
         max_error: tiles.max_error,
         bound: tiles.surface.bound.into(),
         quality: tiles.surface.quality.into(),
+        outside: tiles.outside.into(),
         memory: memory(run),
         ..pyramid::Options::default()
     }

@@ -15,6 +15,7 @@ use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
 
 pub use error::GeoReferenceError;
 pub use projection::Crs;
+pub(crate) use projection::converted;
 
 use pole::Pole;
 use projection::Projection;

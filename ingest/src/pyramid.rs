@@ -27,7 +27,8 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use serde::Serialize;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::metadata::{FORMAT, Metadata, Source, VERSION, Zoom};
+use terrain_tiles::metadata::{FORMAT, Metadata, OutsidePolicy, Source, VERSION, Zoom};
+use terrain_tiles::outside::Outside;
 
 use self::finished::{FinishedTiles, Origin, Summary, TileRecord};
 pub use self::graph::{Graph, Job, Stage, StageSize};
@@ -38,8 +39,9 @@ pub use self::recipe::{Recipe, options_of};
 use self::scheduler::Scheduler;
 pub use self::update::{Changes, Update};
 use crate::globe::Seen;
+use crate::outside;
 use crate::progress::Progress;
-use crate::raster::ReadError;
+use crate::raster::{ReadError, SeaLevel};
 use crate::samples::{Raster, Samples, Window};
 use crate::store::Store;
 use crate::stored_raster::{StoredRaster, TakeError};
@@ -255,7 +257,11 @@ impl<'a> Build<'a> {
             return Err(BuildError::NoSurface(first.unwrap_or_default()));
         }
         let plan = &scheduler.jobs.plan;
-        let describe = |summary: &Summary| self.metadata(stored, plan, summary);
+        let outside = self.outside(scheduler, &records)?;
+        let describe = |summary: &Summary| Metadata {
+            outside,
+            ..self.metadata(stored, plan, summary)
+        };
         let (metadata, summary) = scheduler.tiles.write_archive(&mut records, output, describe)?;
         Ok(Report {
             metadata,
@@ -263,6 +269,26 @@ impl<'a> Build<'a> {
             beyond: beyond(plan, &summary),
             update: self.earlier.map(|earlier| Update::new(earlier, plan, &records)),
             slowest: slowest(records),
+        })
+    }
+
+    /// What is drawn where nothing was measured.
+    fn outside(&self, scheduler: &Scheduler, records: &[TileRecord]) -> Result<Outside, BuildError> {
+        let provenance = self.raster.provenance();
+        Ok(match self.options.outside {
+            OutsidePolicy::Ellipsoid => Outside::Ellipsoid,
+            OutsidePolicy::None => Outside::None,
+            OutsidePolicy::Extend => Outside::Extend {
+                field: outside::extended(&scheduler.tiles.outline(records)?, scheduler.jobs.plan.bounds),
+            },
+            OutsidePolicy::Geoid if provenance.heights_above.contains("ellipsoid") => {
+                let geoid = SeaLevel::new(&provenance.overrides.vertical)?;
+                Outside::Geoid {
+                    field: outside::sea_level(|longitude, latitude| geoid.height(longitude, latitude)),
+                }
+            }
+            // Heights that are above the sea are 0 there.
+            OutsidePolicy::Geoid => Outside::Ellipsoid,
         })
     }
 
@@ -292,6 +318,7 @@ impl<'a> Build<'a> {
             },
             generator: concat!("terrain-ingest ", env!("CARGO_PKG_VERSION")).into(),
             zooms: summary.zooms(),
+            outside: Outside::default(),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Elevation rasters: opened together as one lattice of samples, and read by rectangles, in metres, voids as NaN.
 
+mod between;
+mod composition;
 mod crs;
 mod drivers;
 mod error;
@@ -26,20 +28,23 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
+use glam::DVec2;
 use rayon::prelude::*;
+use terrain_tiles::metadata::Reading;
 
 pub use drivers::is_raster;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
-pub(crate) use vertical::UNSPECIFIED;
 pub use vertical::undulations;
+pub(crate) use vertical::{SeaLevel, UNSPECIFIED};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
 use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
+use composition::Composition;
 use layout::Layout;
 use mosaic::Mosaic;
 use pieces::{cut, part_size};
@@ -47,13 +52,20 @@ use remark::{HIGHEST, remark, tell};
 use source::Source;
 use vertical::HeightReference;
 
-/// Metres by which files may differ where they overlap without a word.
-const AGREEMENT: f32 = 0.01;
+/// Cells of a file across which it is bent to meet one that counts before it, if nothing else is asked for.
+const BLEND: f64 = 5.0;
+/// And no more than so many cells of the lattice: all that is within it is read again for every rectangle.
+const MOST_BLEND: f64 = 100.0;
+/// Cells that a void that is filled may be wide, if nothing else is asked for.
+const FILL: f64 = 40.0;
+/// Samples that are read for each one of a file from which on the person is told.
+const MANY: f64 = 100.0;
 
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
     files: Vec<Source>,
     mosaic: Mosaic,
+    rules: composition::Rules,
     georeference: GeoReference,
     limits: RasterLimits,
     progress: Progress,
@@ -68,22 +80,34 @@ struct Part {
 }
 
 impl Rasters {
-    /// Opens band 1 of `paths`. Files must share their coordinate reference system, cell size and alignment; where they
-    /// overlap, the first that is not void wins.
+    /// Opens band 1 of `paths`. The lattice is that of the first file if all share it, else that of the file with the finest cells,
+    /// and the others are read between their samples. Where files overlap, the finest that is not void counts, of equally fine ones
+    /// the first; the others are bent to meet it. Underlays count last.
     ///
     /// # Errors
     /// A [`ReadError`] of one line that names the file.
     pub fn open(paths: &[PathBuf], options: &ReadOptions) -> Result<Self, ReadError> {
+        let reading = &options.overrides.reading;
+        let underlays = reading.underlay.iter().map(PathBuf::from);
         let files = paths
             .iter()
-            .map(|path| Source::open(path, options))
+            .cloned()
+            .chain(underlays)
+            .map(|path| Source::open(&path, options))
             .collect::<Result<Vec<_>, _>>()?;
-        let first = files.first().ok_or(ReadError::NoFile)?;
         let layouts: Vec<&Layout> = files.iter().map(Source::layout).collect();
-        let mosaic = Mosaic::new(&layouts, options.limits)?;
-        let georeference = georeference(first.layout(), &mosaic, options)?;
+        let rules = mosaic::Rules {
+            underlays: reading.underlay.len(),
+            around: reading.around,
+            by_order: reading.by_order,
+            limits: options.limits,
+        };
+        let mosaic = Mosaic::new(&layouts, rules)?;
+        let georeference = georeference(files[mosaic.lattice].layout(), &mosaic, options)?;
         tell(&layouts, &options.progress);
+        tell_of_lattice(&layouts, &mosaic, &options.progress);
         Ok(Self {
+            rules: composition_rules(&mosaic, &georeference, reading),
             files,
             mosaic,
             georeference,
@@ -100,17 +124,23 @@ impl Rasters {
         names.join(", ")
     }
 
-    /// Paths as they were given.
+    /// Paths as they were given, those of underlays last.
     fn paths(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().map(|file| file.layout().path.as_path())
+    }
+
+    /// Paths of all but underlays, which are among what was asked for.
+    fn own_paths(&self) -> impl Iterator<Item = &Path> {
+        let underlays = self.overrides.reading.underlay.len();
+        self.paths().take(self.files.len() - underlays)
     }
 
     /// All that is known of the rasters but their samples.
     #[must_use]
     pub fn record(&self) -> RasterRecord {
-        let first = self.files[0].layout();
+        let first = self.files[self.mosaic.lattice].layout();
         RasterRecord {
-            paths: self.paths().map(absolute).collect(),
+            paths: self.own_paths().map(absolute).collect(),
             crs: first.crs.clone(),
             to_crs: self.mosaic.to_crs.to_cols_array(),
             origin: self.mosaic.origin,
@@ -142,32 +172,56 @@ impl Rasters {
         })
     }
 
-    /// The rectangle cut into parts of one file each, along its blocks, in the order of files.
-    fn parts(&self, columns: &Range<usize>, rows: &Range<usize>) -> Vec<Part> {
-        let mut parts = Vec::new();
-        for (file, [across, down]) in self.extents().into_iter().enumerate() {
-            let columns = intersection(columns, &across);
-            let rows = intersection(rows, &down);
-            if columns.is_empty() || rows.is_empty() {
-                continue;
-            }
-            let [width, height] = part_size(self.files[file].block(), columns.len());
-            for rows in cut(&rows, down.start, height) {
-                for columns in cut(&columns, across.start, width) {
-                    let rows = rows.clone();
-                    parts.push(Part { file, columns, rows });
+    /// A rectangle of samples of one file, NaN where it has none; by several readers at once, in whole blocks where it lies along
+    /// them.
+    fn read_file(&self, file: usize, [columns, rows]: [&Range<i64>; 2]) -> Result<Layer, ReadError> {
+        let width = (columns.end - columns.start) as usize;
+        let mut layer = Layer {
+            heights: vec![f32::NAN; width * (rows.end - rows.start) as usize],
+            wild: 0,
+        };
+        let parts = self.parts(file, [columns, rows]);
+        // Memory is that of the rectangle and of what is read at once.
+        for parts in parts.chunks(rayon::current_num_threads()) {
+            let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
+            for (part, metres) in parts.iter().zip(read?) {
+                let [left, top] = [(&part.columns, columns), (&part.rows, rows)]
+                    .map(|(of_part, of_layer)| (of_part.start as i64 - of_layer.start) as usize);
+                for (row, metres) in metres.chunks_exact(part.columns.len()).enumerate() {
+                    let start = (top + row) * width + left;
+                    layer.put(start, metres);
                 }
             }
         }
-        parts
+        Ok(layer)
+    }
+
+    /// What a rectangle has of a file, cut into parts along its blocks.
+    fn parts(&self, file: usize, [columns, rows]: [&Range<i64>; 2]) -> Vec<Part> {
+        let place = &self.mosaic.places[file];
+        let [across, down] = &place.extent;
+        let (columns, rows) = (intersection(columns, across), intersection(rows, down));
+        if columns.is_empty() || rows.is_empty() {
+            return Vec::new();
+        }
+        let block = match place.between {
+            None => self.files[file].block(),
+            Some(_) => [columns.len(), 1],
+        };
+        let [width, height] = part_size(block, columns.len());
+        let with_columns = |rows: Range<usize>| {
+            cut(&columns, across.start, width).map(move |columns| Part {
+                file,
+                columns,
+                rows: rows.clone(),
+            })
+        };
+        cut(&rows, down.start, height).flat_map(with_columns).collect()
     }
 
     fn read_part(&self, part: &Part) -> Result<Vec<f64>, ReadError> {
-        let [left, top] = self.mosaic.offsets[part.file];
-        let in_file = |range: &Range<usize>, first: usize| range.start - first..range.end - first;
-        let file = &self.files[part.file];
-        let mut metres = file.read(in_file(&part.columns, left), in_file(&part.rows, top))?;
-        let Layout { path, heights, .. } = file.layout();
+        let mut metres = self.stored(part)?;
+        let Layout { path, heights, .. } = self.files[part.file].layout();
         heights.to_ellipsoid(
             path,
             &self.georeference,
@@ -177,6 +231,50 @@ impl Rasters {
         )?;
         self.progress.advance(metres.len() as u64);
         Ok(metres)
+    }
+
+    /// Metres of a part as the file has them: its own samples, or between them.
+    fn stored(&self, part: &Part) -> Result<Vec<f64>, ReadError> {
+        let (file, place) = (&self.files[part.file], &self.mosaic.places[part.file]);
+        let Some(between) = &place.between else {
+            let [left, top] = [0, 1].map(|axis| place.extent[axis].start);
+            let in_file = |range: &Range<usize>, first: usize| range.start - first..range.end - first;
+            return file.read(in_file(&part.columns, left), in_file(&part.rows, top));
+        };
+        let size = [file.layout().columns, file.layout().rows];
+        let places = between.places(&self.georeference, [&part.columns, &part.rows]);
+        let Some([columns, rows]) = between::needed(&places, size) else {
+            return Ok(vec![f64::NAN; places.len()]);
+        };
+        let stored = file.read(columns.clone(), rows.clone())?;
+        Ok(between::bilinear(&places, size, [&columns, &rows], &stored))
+    }
+
+    /// Numbers of the files that reach into a rectangle, those first that count first.
+    fn files_in(&self, [columns, rows]: [&Range<i64>; 2]) -> Vec<usize> {
+        let reaches = |&file: &usize| {
+            let [across, down] = &self.mosaic.places[file].extent;
+            !intersection(columns, across).is_empty() && !intersection(rows, down).is_empty()
+        };
+        self.mosaic.ranks.iter().copied().filter(reaches).collect()
+    }
+}
+
+/// Heights of one file in a rectangle.
+struct Layer {
+    /// Metres, row by row; NaN where void or beside the file.
+    heights: Vec<f32>,
+    /// Samples that cannot be heights.
+    wild: u64,
+}
+
+impl Layer {
+    fn put(&mut self, start: usize, metres: &[f64]) {
+        for (height, &metres) in self.heights[start..].iter_mut().zip(metres) {
+            let (value, is_wild) = checked_height(metres);
+            *height = value;
+            self.wild += u64::from(is_wild);
+        }
     }
 }
 
@@ -190,33 +288,45 @@ impl Raster for Rasters {
     }
 
     fn extents(&self) -> Vec<[Range<usize>; 2]> {
-        let extent = |(file, &[left, top]): (&Source, &[usize; 2])| {
-            let layout = file.layout();
-            [left..left + layout.columns, top..top + layout.rows]
-        };
-        self.files.iter().zip(&self.mosaic.offsets).map(extent).collect()
+        self.mosaic.places.iter().map(|place| place.extent.clone()).collect()
     }
 
     fn block_rows(&self) -> usize {
         self.files.iter().map(|file| file.block()[1]).max().unwrap_or(1)
     }
 
-    /// By several readers at once, in whole blocks where the rectangle lies along them.
     fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
-        let mut rectangle = Rectangle {
-            heights: vec![f32::NAN; columns.len() * rows.len()],
-            faults: vec![Faults::default(); self.files.len()],
-        };
-        let parts = self.parts(&columns, &rows);
-        // Memory is that of the rectangle and of what is read at once.
-        for parts in parts.chunks(rayon::current_num_threads()) {
-            let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
-            for (part, metres) in parts.iter().zip(read?) {
-                let faults = put(part, &metres, &mut rectangle.heights, &columns, &rows);
-                rectangle.faults[part.file] = rectangle.faults[part.file].with(faults);
-            }
+        let asked = [&columns, &rows].map(|range| range.start as i64..range.end as i64);
+        let reach = self.rules.reach() as i64;
+        let wider = [0, 1].map(|axis| asked[axis].start - reach..asked[axis].end + reach);
+        let files = self.files_in([&wider[0], &wider[1]]);
+        let has_joints = files.len() > 1 || self.rules.fill.is_some();
+        let read = if has_joints { &wider } else { &asked };
+        let on_lattice = [0, 1].map(|axis| {
+            let first = self.mosaic.origin[axis];
+            first + read[axis].start..first + read[axis].end
+        });
+        let mut composition = Composition::new(&self.rules, on_lattice);
+        let mut faults = vec![Faults::default(); self.files.len()];
+        for file in files {
+            let layer = self.read_file(file, [&read[0], &read[1]])?;
+            let apart = composition.differences(&layer.heights);
+            faults[file] = Faults {
+                wild: layer.wild,
+                ..apart
+            };
+            composition.lay(file, &layer.heights);
         }
-        Ok(rectangle)
+        let [across, down] = [0, 1].map(|axis| {
+            let first = self.mosaic.origin[axis];
+            first + asked[axis].start..first + asked[axis].end
+        });
+        let filled = composition.fill([&across, &down]);
+        faults[self.mosaic.ranks[0]].filled = filled;
+        Ok(Rectangle {
+            heights: composition.window([&across, &down]),
+            faults,
+        })
     }
 
     fn georeference(&self) -> &GeoReference {
@@ -225,7 +335,7 @@ impl Raster for Rasters {
 
     fn provenance(&self) -> Provenance {
         Provenance {
-            files: self.paths().map(file_name).collect(),
+            files: self.own_paths().map(file_name).collect(),
             vertical_datum: self.of_heights(HeightReference::datum),
             heights_above: self.of_heights(HeightReference::heights_above),
             geoid: Some(self.of_heights(|heights| heights.geoid().unwrap_or_default().to_owned()))
@@ -239,10 +349,25 @@ impl Raster for Rasters {
         remark(&paths, extremes, faults, &self.progress)
     }
 
-    /// Path, size and time of the last change of each file, and how they are read.
+    /// Path, size and time of the last change of each file, and of those so near that its heights depend on them, and how they are
+    /// read.
     fn stamps(&self) -> Vec<String> {
-        let stamp = |path: &Path| format!("{} {:?}", stamp_of(path), self.overrides);
-        self.paths().map(stamp).collect()
+        let own: Vec<String> = self.paths().map(stamp_of).collect();
+        let reach = self.rules.reach() as i64;
+        let stamp = |place: &mosaic::Place| {
+            let wider = [0, 1].map(|axis| {
+                let range = &place.extent[axis];
+                range.start as i64 - 2 * reach..range.end as i64 + 2 * reach
+            });
+            let near = self.files_in([&wider[0], &wider[1]]);
+            let stamps: Vec<&str> = near.into_iter().map(|file| own[file].as_str()).collect();
+            format!("{} {:?}", stamps.join(" "), self.overrides)
+        };
+        let of_places = self.mosaic.places.iter().map(stamp);
+        own.iter()
+            .zip(of_places)
+            .map(|(own, near)| format!("{own} {near}"))
+            .collect()
     }
 }
 
@@ -262,28 +387,6 @@ fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Puts a part where nothing is yet; returns what cannot be right in it.
-fn put(part: &Part, metres: &[f64], heights: &mut [f32], columns: &Range<usize>, rows: &Range<usize>) -> Faults {
-    let mut faults = Faults::default();
-    for (row, metres) in part.rows.clone().zip(metres.chunks_exact(part.columns.len())) {
-        let start = (row - rows.start) * columns.len() + part.columns.start - columns.start;
-        for (height, &metres) in heights[start..].iter_mut().zip(metres) {
-            let (value, is_wild) = checked_height(metres);
-            faults.wild += u64::from(is_wild);
-            if height.is_nan() {
-                *height = value;
-                continue;
-            }
-            let apart = (*height - value).abs();
-            if apart > AGREEMENT {
-                faults.disagreeing += 1;
-                faults.apart = faults.apart.max(apart);
-            }
-        }
-    }
-    faults
-}
-
 /// Reads band 1 of `paths` as one grid in memory.
 ///
 /// # Errors
@@ -292,9 +395,54 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<HeightGrid, Read
     Rasters::open(paths, options)?.grid()
 }
 
-fn intersection(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
-    let start = a.start.max(b.start);
-    start..a.end.min(b.end).max(start)
+/// What a range, counted from the mosaic's first sample, has of an extent.
+fn intersection(range: &Range<i64>, extent: &Range<usize>) -> Range<usize> {
+    let start = (range.start.max(0) as usize).max(extent.start);
+    start..(range.end.max(0) as usize).min(extent.end).max(start)
+}
+
+/// What heights are put together by, in metres: nothing on the Earth is known of local ground but its own.
+fn composition_rules(mosaic: &Mosaic, georeference: &GeoReference, reading: &Reading) -> composition::Rules {
+    let middle = DVec2::new(mosaic.columns as f64, mosaic.rows as f64) / 2.0;
+    let cell = match reading.pixel_size {
+        Some(_) => DVec2::new(
+            mosaic.to_crs.matrix2.x_axis.length(),
+            mosaic.to_crs.matrix2.y_axis.length(),
+        ),
+        None => georeference.cell_metres(middle),
+    };
+    let side = (cell.x * cell.y).sqrt();
+    let blend = |place: &mosaic::Place| {
+        reading
+            .blend
+            .unwrap_or(side * (BLEND * place.coarseness).min(MOST_BLEND))
+    };
+    composition::Rules {
+        cell: cell.to_array(),
+        blends: mosaic.places.iter().map(blend).collect(),
+        fill: reading.fill.map(|fill| fill.widest.unwrap_or(FILL * side)),
+    }
+}
+
+/// Tells where the lattice is when it is not that of all files.
+fn tell_of_lattice(files: &[&Layout], mosaic: &Mosaic, progress: &Progress) {
+    let between = mosaic.places.iter().filter(|place| place.between.is_some());
+    let coarsest = between.clone().map(|place| place.coarseness).fold(0.0, f64::max);
+    let count = between.count();
+    if count > 0 {
+        let lattice = file_name(&files[mosaic.lattice].path);
+        progress.note(&format!(
+            "tiles are made on the samples of {lattice}; of {count} of {} files heights are taken between their samples",
+            files.len()
+        ));
+    }
+    if coarsest * coarsest > MANY {
+        progress.note(&format!(
+            "for each sample of the coarsest file, {:.0} are made of the size of the finest: this takes its time; --around keeps an \
+             underlay small",
+            coarsest * coarsest
+        ));
+    }
 }
 
 fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Result<GeoReference, ReadError> {

@@ -64,6 +64,9 @@ pub struct Faults {
     pub disagreeing: u64,
     /// Metres by which they differ, at most.
     pub apart: f32,
+    /// Voids that were filled from their rims.
+    #[serde(default)]
+    pub filled: u64,
 }
 
 impl Faults {
@@ -74,6 +77,7 @@ impl Faults {
             wild: self.wild + other.wild,
             disagreeing: self.disagreeing + other.disagreeing,
             apart: self.apart.max(other.apart),
+            filled: self.filled + other.filled,
         }
     }
 }

@@ -35,6 +35,7 @@ fn write(path: &Path, bytes: &[u8]) {
             samples: [2, 2],
         },
         generator: "test".to_owned(),
+        outside: terrain_tiles::outside::Outside::default(),
         zooms: Vec::new(),
     };
     let mut writer = Writer::create(path).unwrap();

@@ -1,5 +1,6 @@
 //! One generation of an archive, and its tiles in the forms that clients ask for.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -7,10 +8,11 @@ use axum::body::Bytes;
 use axum::http::{HeaderMap, header};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh};
+use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
 use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::Metadata;
+use terrain_tiles::outside::Outside;
 use terrain_tiles::tile::Tile;
 
 use crate::coding::Coding;
@@ -30,6 +32,8 @@ pub(crate) struct Tileset {
     /// `layer.json`.
     pub(crate) layer_json: Bytes,
     archive: Reader,
+    /// Of what is drawn where nothing was measured.
+    outside_checksum: u64,
 }
 
 /// In which form a tile is wanted.
@@ -73,6 +77,7 @@ impl Tileset {
             layer_json: document
                 .expect("strings, numbers and lists of them always become JSON")
                 .into(),
+            outside_checksum: checksum_of(&archive.metadata().outside),
             archive,
         })
     }
@@ -104,7 +109,8 @@ impl Tileset {
             Form::Progressive => checksum.map(|checksum| format!("{checksum:016x}")),
             Form::QuantizedMesh { extensions, .. } => {
                 let is_root = request.address.zoom == 0;
-                let checksum = checksum.or(is_root.then_some(0))?;
+                let own = checksum.or(is_root.then_some(0))?;
+                let checksum = self.checksum_with_surroundings(request.address, own);
                 let Extensions {
                     normals,
                     measured_triangles,
@@ -117,6 +123,17 @@ impl Tileset {
                 ))
             }
         }
+    }
+
+    /// Of all that a tile for other clients is made of: the tile, those beside it, and what is outside.
+    fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
+        let beside = addresses_around(address)
+            .into_iter()
+            .map(|address| self.archive.checksum(address));
+        let mut hasher = DefaultHasher::new();
+        (own, self.outside_checksum).hash(&mut hasher);
+        beside.for_each(|checksum| checksum.hash(&mut hasher));
+        hasher.finish()
     }
 
     /// The tile's bytes. Blocks while it reads and encodes.
@@ -148,12 +165,25 @@ impl Tileset {
 
     /// Both roots always have one, since every client starts from both.
     fn quantized_mesh(&self, address: TileAddress) -> Result<QuantizedMesh, TileError> {
+        let outside = &self.metadata().outside;
         match self.tile(address)? {
-            Some(tile) => Ok(QuantizedMesh::from_tile(&tile)),
-            None if address.zoom == 0 => Ok(QuantizedMesh::ellipsoid(address)),
+            Some(tile) => {
+                let beside = addresses_around(address).into_iter();
+                let beside: Result<Vec<Option<Tile>>, TileError> = beside.map(|address| self.tile(address)).collect();
+                let beside: Vec<Tile> = beside?.into_iter().flatten().collect();
+                Ok(QuantizedMesh::from_tile(&tile, &beside, outside))
+            }
+            None if address.zoom == 0 => Ok(QuantizedMesh::unmeasured(address, outside)),
             None => Err(TileError::Missing),
         }
     }
+}
+
+fn checksum_of(outside: &Outside) -> u64 {
+    let document = serde_json::to_vec(outside).expect("numbers and lists of them always become JSON");
+    let mut hasher = DefaultHasher::new();
+    document.hash(&mut hasher);
+    hasher.finish()
 }
 
 impl From<Failure> for TileError {

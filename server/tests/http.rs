@@ -80,6 +80,7 @@ fn metadata() -> Metadata {
             samples: [2, 2],
         },
         generator: "test".to_owned(),
+        outside: terrain_tiles::outside::Outside::default(),
         zooms: vec![zoom(0, [0, 0, 0, 0]), zoom(1, [0, 0, 0, 0])],
     }
 }

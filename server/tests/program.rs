@@ -40,6 +40,7 @@ fn empty_archive(folder: &Path, name: &str) -> PathBuf {
             samples: [2, 2],
         },
         generator: "test".to_owned(),
+        outside: terrain_tiles::outside::Outside::default(),
         zooms: Vec::new(),
     };
     Writer::create(&path).unwrap().finish(&metadata).unwrap();

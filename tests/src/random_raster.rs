@@ -36,11 +36,13 @@ pub enum Place {
     Files,
     /// Degrees, around the whole Earth, wherever it begins, in one file or two.
     Around,
+    /// UTM, and a larger raster with other cells below or above it, that has no voids.
+    Mixed,
 }
 
 impl Place {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Utm,
         Self::Turned,
         Self::Fine,
@@ -52,6 +54,7 @@ impl Place {
         Self::OverPole,
         Self::Files,
         Self::Around,
+        Self::Mixed,
     ];
 }
 
@@ -114,6 +117,8 @@ pub struct RandomRaster {
     is_integer: bool,
     /// First column and number of columns of each file.
     files: Vec<(usize, usize)>,
+    /// Another raster at the same place.
+    other: Option<Box<Self>>,
 }
 
 const NODATA: f32 = -32768.0;
@@ -185,7 +190,7 @@ impl RandomRaster {
             Place::Around if random.bool() => in_files(&mut random, columns),
             _ => vec![(0, columns)],
         };
-        Self {
+        let mut raster = Self {
             place,
             relief,
             voids,
@@ -198,13 +203,45 @@ impl RandomRaster {
             is_point: random.bool(),
             is_integer,
             files,
+            other: None,
+        };
+        if place == Place::Mixed {
+            raster.other = Some(Box::new(raster.larger(&mut random)));
+            raster.options.extend(mixing_options(&mut random));
+        }
+        raster
+    }
+
+    /// Half as far again on all sides, with finer or coarser cells, turned or not, and without voids.
+    fn larger(&self, random: &mut Rng) -> Self {
+        let size = DVec2::new(self.columns as f64, self.rows as f64);
+        let middle = self.to_crs.transform_point2(size / 2.0);
+        let coarseness = magnitude(random, 0.5, 4.0);
+        let turn = DMat2::from_angle(pick(random, &[0.0, 0.0, 0.3, 2.0]));
+        let step = turn * self.to_crs.matrix2 * coarseness;
+        let side = 2.0 * size.length() / coarseness;
+        let side = (side.ceil() as usize).clamp(2, 60);
+        let cell = step.x_axis.length();
+        let heights = heights(random, self.relief, side, side, cell);
+        Self {
+            voids: Voids::None,
+            columns: side,
+            rows: side,
+            to_crs: DAffine2::from_mat2_translation(step, middle - step * DVec2::splat(side as f64 / 2.0)),
+            heights: if self.is_integer {
+                heights.into_iter().map(f32::round).collect()
+            } else {
+                heights
+            },
+            files: vec![(0, side)],
+            ..self.clone()
         }
     }
 
     /// Whether some four neighbouring samples are all there.
     #[must_use]
     pub fn has_surface(&self) -> bool {
-        has_whole_cell(&self.heights, self.columns)
+        self.other.is_some() || has_whole_cell(&self.heights, self.columns)
     }
 
     /// Writes its files into a folder and returns their names.
@@ -212,11 +249,13 @@ impl RandomRaster {
     /// # Errors
     /// When that fails.
     pub fn write(&self, folder: &Path) -> Result<Vec<String>> {
-        let named = self.files.iter().enumerate();
-        named
-            .map(|(index, &(first, columns))| {
+        let of_other = self.other.iter().map(|other| (other.as_ref(), 0, other.columns));
+        let own = self.files.iter().map(|&(first, columns)| (self, first, columns));
+        own.chain(of_other)
+            .enumerate()
+            .map(|(index, (raster, first, columns))| {
                 let name = format!("{index}.tif");
-                self.write_file(&folder.join(&name), first, columns)?;
+                raster.write_file(&folder.join(&name), first, columns)?;
                 Ok(name)
             })
             .collect()
@@ -296,7 +335,7 @@ fn magnitude(random: &mut Rng, low: f64, high: f64) -> f64 {
 fn place_of(random: &mut Rng, place: Place, columns: &mut usize, rows: &mut usize) -> (u16, DMat2, DVec2) {
     let north_up = |cell: f64| DMat2::from_diagonal(DVec2::new(cell, -cell));
     match place {
-        Place::Utm | Place::Files | Place::Turned | Place::Fine => {
+        Place::Utm | Place::Files | Place::Turned | Place::Fine | Place::Mixed => {
             let epsg = pick(random, &[32600, 32700]) + random.u16(1..=60);
             let first = DVec2::new(between(random, 3e5, 6.5e5), between(random, 1e6, 8e6));
             let cell = match place {
@@ -457,6 +496,21 @@ fn options(random: &mut Rng, cell: f64) -> Vec<String> {
     let bound = pick(random, &["surface", "surface", "samples"]);
     let quality = pick(random, &["fast", "default", "best"]);
     options.extend(["--bound", bound, "--quality", quality].map(str::to_owned));
+    options
+}
+
+/// How several rasters become one surface.
+fn mixing_options(random: &mut Rng) -> Vec<String> {
+    let mut options = Vec::new();
+    if random.bool() {
+        options.extend(["--blend".to_owned(), format!("{}", random.u32(0..500))]);
+    }
+    if random.bool() {
+        options.extend(["--priority", "order"].map(str::to_owned));
+    }
+    if random.bool() {
+        options.extend(["--voids", "fill"].map(str::to_owned));
+    }
     options
 }
 

@@ -150,7 +150,7 @@ fn seeds_make_rasters_of_every_kind() {
         ];
         kind.into_iter().for_each(|kind| *kinds.entry(kind).or_default() += 1);
     }
-    assert_eq!(kinds.len(), 11 + 6 + 6 + 2, "{kinds:?}");
+    assert_eq!(kinds.len(), 12 + 6 + 6 + 2, "{kinds:?}");
     assert!(kinds.values().all(|&count| count >= 5), "{kinds:?}");
 }
 
@@ -164,7 +164,14 @@ fn rasters_that_once_failed_hold() {
         "abutting_sw.tif",
         "abutting_se.tif",
     ];
-    let far_apart = ["far_a.tif", "far_b.tif"];
+    let pairs = [
+        ["far_a.tif", "far_b.tif"],
+        ["pixel_width_a.tif", "pixel_width_b.tif"],
+        ["resolution_30m.tif", "resolution_10m.tif"],
+        ["resolution_30m.tif", "other_zone_30m.tif"],
+        ["overlap_shift_a.tif", "overlap_shift_b.tif"],
+        ["overlap_a.tif", "overlap_b.tif"],
+    ];
     let alone = [
         "pole_row_2x2.tif",
         "global_gridline_10deg.tif",
@@ -191,8 +198,9 @@ fn rasters_that_once_failed_hold() {
     ];
     let path = |name: &&str| folder.join(name).to_str().unwrap().to_owned();
     let cases = alone.iter().map(|name| vec![path(name)]);
-    let several = [together.as_slice(), &far_apart].map(|files| files.iter().map(path).collect());
-    let cases: Vec<Vec<String>> = cases.chain(several).collect();
+    let pairs = pairs.iter().map(|pair| pair.iter().map(path).collect());
+    let together = together.iter().map(path).collect();
+    let cases: Vec<Vec<String>> = cases.chain(pairs).chain([together]).collect();
     let faults = cases.par_iter().filter_map(|files| {
         let folder = tempfile::tempdir().unwrap();
         fault(folder.path(), files, &[], true).map(|fault| format!("{}: {}", files[0], fault.trim_end()))

@@ -4,6 +4,7 @@ use std::fs;
 
 use super::*;
 use crate::metadata::{Asked, Source};
+use crate::outside::Outside;
 
 pub(crate) fn metadata() -> Metadata {
     Metadata {
@@ -28,6 +29,7 @@ pub(crate) fn metadata() -> Metadata {
         },
         generator: "test".to_owned(),
         zooms: Vec::new(),
+        outside: Outside::default(),
     }
 }
 

@@ -30,5 +30,6 @@ pub mod ground;
 pub mod layer_json;
 pub mod metadata;
 pub mod new_file;
+pub mod outside;
 pub mod progressive;
 pub mod tile;

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::outside::Outside;
+
 /// Name of the format in the metadata of an archive.
 pub const FORMAT: &str = "surface-partition-tiles";
 /// Version of the archive's layout; the tile format has its own.
@@ -34,6 +36,9 @@ pub struct Metadata {
     pub plan: String,
     /// What the tiles were made from.
     pub source: Source,
+    /// What is where nothing was measured.
+    #[serde(default)]
+    pub outside: Outside,
     /// Name and version of the program that wrote the archive.
     pub generator: String,
     /// One entry a zoom, from `min_zoom` to `max_zoom`.
@@ -57,6 +62,24 @@ pub struct Asked {
     /// How samples were read.
     #[serde(default)]
     pub reading: Reading,
+    /// What was to be where nothing was measured.
+    #[serde(default)]
+    pub outside: OutsidePolicy,
+}
+
+/// What is to be where nothing was measured; [`Outside`] has the heights of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutsidePolicy {
+    /// The ellipsoid.
+    #[default]
+    Ellipsoid,
+    /// The sea level.
+    Geoid,
+    /// Ground that goes on from the edge of the data.
+    Extend,
+    /// Nothing.
+    None,
 }
 
 /// How samples are read, where it is not as rasters say of themselves.
@@ -83,6 +106,28 @@ pub struct Reading {
     /// Whether virtual rasters are read, and the files that they name.
     #[serde(default, skip_serializing_if = "is_false")]
     pub allow_vrt: bool,
+    /// Rasters below and around all others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub underlay: Vec<String>,
+    /// Metres that these reach beyond the others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub around: Option<f64>,
+    /// Metres from a joint within which a raster is bent to meet one that counts before it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub blend: Option<f64>,
+    /// Whether rasters count in their order, whatever their cells.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub by_order: bool,
+    /// Whether voids are filled, and how wide in metres they may be.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fill: Option<Fill>,
+}
+
+/// Filling of voids.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fill {
+    /// Metres that a void may be wide; none where that follows from the raster's cells.
+    pub widest: Option<f64>,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
@@ -102,6 +147,15 @@ impl Reading {
             reader: self.reader.or(other.reader),
             big_endian: self.big_endian || other.big_endian,
             allow_vrt: self.allow_vrt || other.allow_vrt,
+            underlay: if self.underlay.is_empty() {
+                other.underlay
+            } else {
+                self.underlay
+            },
+            around: self.around.or(other.around),
+            blend: self.blend.or(other.blend),
+            by_order: self.by_order || other.by_order,
+            fill: self.fill.or(other.fill),
         }
     }
 }

@@ -14,9 +14,9 @@ use terrain_ingest::samples::Overrides;
 use terrain_ingest::{
     HeightGrid, Progress, ReadOptions, curved_model, peak_memory, polygonal_model, quarter_of_memory, raster,
 };
-use terrain_tiles::metadata::{HeightsAbove, RasterReader, Reading, Vertical};
+use terrain_tiles::metadata::{Fill, HeightsAbove, RasterReader, Reading, Vertical};
 
-use crate::cli::{Bound, ByteOrder, Quality, RasterArgs, RunArgs, Values};
+use crate::cli::{Bound, ByteOrder, Priority, Quality, RasterArgs, RunArgs, Values, VoidPolicy};
 use crate::failure::Failure;
 
 /// A fault of a model is one of the input.
@@ -64,6 +64,13 @@ pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides 
             reader: raster.reader.map(RasterReader::from),
             big_endian: matches!(raster.byte_order, ByteOrder::Big),
             allow_vrt: raster.allow_vrt,
+            underlay: raster.underlay.iter().map(|path| path.display().to_string()).collect(),
+            around: raster.around,
+            blend: raster.blend,
+            by_order: matches!(raster.priority, Priority::Order),
+            fill: matches!(raster.voids, VoidPolicy::Fill).then_some(Fill {
+                widest: raster.fill_width,
+            }),
         },
     }
 }

@@ -66,6 +66,30 @@ impl Projection {
     }
 }
 
+/// Coordinates of one reference system in another.
+///
+/// # Errors
+/// If PROJ cannot transform all of them.
+pub(crate) fn converted(from: &Crs, to: &Crs, points: &[DVec2]) -> Result<Vec<DVec2>, GeoReferenceError> {
+    silence();
+    let fault = |reason: String| GeoReferenceError::NoTransformation {
+        crs: format!("{} to {}", from.name, to.name),
+        reason,
+    };
+    let proj = Proj::new_known_crs(&from.definition, &to.definition, None).map_err(|error| fault(error.to_string()))?;
+    let convert = |point: &DVec2| {
+        let (x, y) = proj
+            .convert((point.x, point.y))
+            .map_err(|error| fault(error.to_string()))?;
+        let point = DVec2::new(x, y);
+        point
+            .is_finite()
+            .then_some(point)
+            .ok_or_else(|| fault("it is outside of the projection".to_owned()))
+    };
+    points.iter().map(convert).collect()
+}
+
 /// Keeps PROJ from printing to standard error; what goes wrong comes back as errors.
 fn silence() {
     static ONCE: Once = Once::new();

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{Reader, Writer};
@@ -14,7 +15,11 @@ use terrain_tiles::tile::Tile;
 
 use super::jobs::Child;
 use crate::lattice::Square;
+use crate::outside::outline_of;
 use crate::store::{Name, Store};
+
+/// Tiles of a zoom that are looked at to know where the surface ends.
+const FEW: usize = 64;
 
 /// A finished tile.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,6 +147,24 @@ impl FinishedTiles<'_> {
         };
         self.store
             .put(&subtree_key(square, name), serde_json::to_vec(&subtree)?)
+    }
+
+    /// Longitudes, latitudes and heights at which the surface ends, from the finest zoom that has few tiles.
+    pub(crate) fn outline(&self, records: &[TileRecord]) -> Result<Vec<DVec3>> {
+        let mut of_zoom: BTreeMap<u8, Vec<&TileRecord>> = BTreeMap::new();
+        for record in records {
+            of_zoom.entry(record.square.zoom).or_default().push(record);
+        }
+        let few = of_zoom.into_values().take_while(|tiles| tiles.len() <= FEW);
+        let mut tiles = few.last().unwrap_or_default();
+        tiles.sort_by_key(|record| record.square);
+        let outline = |record: &TileRecord| {
+            let decoded = spt::decode(&self.bytes(record)?, &LevelLimits::default());
+            let tile = decoded.with_context(|| format!("tile {}", record.square.address()))?;
+            Ok(outline_of(&tile))
+        };
+        let outlines = tiles.into_iter().map(outline).collect::<Result<Vec<_>>>()?;
+        Ok(outlines.concat())
     }
 
     /// Writes the archive: all tiles in order, one by one. What is said of them all is made of what they say.

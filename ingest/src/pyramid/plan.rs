@@ -7,6 +7,7 @@ use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
 
 use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
+use terrain_tiles::metadata::OutsidePolicy;
 
 use crate::georeference::GeoReference;
 use crate::lattice::{Demand, Lattice, Square};
@@ -39,6 +40,8 @@ pub struct Options {
     pub leaves_of_subtree: u32,
     /// Bytes of memory to stay below, roughly.
     pub memory: u64,
+    /// What is to be where nothing was measured.
+    pub outside: OutsidePolicy,
 }
 
 impl Default for Options {
@@ -49,6 +52,7 @@ impl Default for Options {
             quality: Quality::Default,
             leaves_of_subtree: 256,
             memory: 1 << 30,
+            outside: OutsidePolicy::Extend,
         }
     }
 }

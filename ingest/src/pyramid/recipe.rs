@@ -99,6 +99,7 @@ pub fn options_of(asked: &Asked, bound: &str) -> Result<Options> {
             .into_iter()
             .find(|&known| quality_name(known) == asked.quality)
             .with_context(|| known("quality", &asked.quality))?,
+        outside: asked.outside,
         ..Options::default()
     })
 }
@@ -112,6 +113,7 @@ pub(crate) fn asked(options: &Options, overrides: &Overrides) -> Asked {
         bounds: overrides.bounds,
         vertical: overrides.vertical.clone(),
         reading: overrides.reading.clone(),
+        outside: options.outside,
     }
 }
 

@@ -1,84 +1,231 @@
-//! One grid over several files that share their lattice of samples.
+//! One lattice of samples over several files.
+//!
+//! It is that of the first file, if the samples of all others are on it, else that of the file with the finest cells. Files whose
+//! samples are elsewhere are read between them.
+
+use std::ops::Range;
 
 use glam::{DAffine2, DVec2};
 
+use super::between::{self, Between};
 use super::layout::Layout;
 use super::placement;
 use super::{RasterLimits, ReadError};
+use crate::georeference::GeoReference;
 
-/// Largest distance, in cells, of a file's samples from the first file's lattice.
+/// Largest distance, in cells, of a file's samples from the lattice that they are on.
 const MISALIGNMENT: f64 = 0.01;
 /// No index of a sample comes near it: beyond, a cell offset is no integer any more.
 const FARTHEST: f64 = 1e9;
+/// Cells whose sides differ by less than that share are equally fine.
+const EQUALLY_FINE: f64 = 0.01;
 
-/// Where files lie on the lattice of the first one.
+/// Where files lie on one lattice.
 pub(super) struct Mosaic {
     pub(super) columns: usize,
     pub(super) rows: usize,
-    /// Column and row of its first sample, counted from that of the first file.
+    /// Column and row of its first sample, on the lattice.
     pub(super) origin: [i64; 2],
-    /// From the first file's columns and rows.
+    /// Number of the file that the lattice is of.
+    pub(super) lattice: usize,
+    /// From the lattice's columns and rows.
     pub(super) to_crs: DAffine2,
-    /// Column and row of each file's first sample.
-    pub(super) offsets: Vec<[usize; 2]>,
+    pub(super) places: Vec<Place>,
+    /// Numbers of the files, those first whose heights count where several have one.
+    pub(super) ranks: Vec<usize>,
+}
+
+/// Where a file is.
+pub(super) struct Place {
+    /// Columns and rows of the mosaic that it reaches into.
+    pub(super) extent: [Range<usize>; 2],
+    /// How its samples are found where they are not on the lattice.
+    pub(super) between: Option<Between>,
+    /// Sides of its cells in those of the lattice: 1 where its samples are on it.
+    pub(super) coarseness: f64,
+}
+
+/// How files are put together.
+#[derive(Clone, Copy)]
+pub(super) struct Rules {
+    /// How many of the files, the last ones, are below and around all others.
+    pub(super) underlays: usize,
+    /// Metres that these reach beyond the others; as far as the others are wide, by halves, if not given.
+    pub(super) around: Option<f64>,
+    /// Whether files count in their order, whatever their cells.
+    pub(super) by_order: bool,
+    pub(super) limits: RasterLimits,
+}
+
+/// A file before the mosaic has its size: on the lattice.
+struct Found {
+    extent: [Range<i64>; 2],
+    between: Option<Between>,
+    /// Metres of a side of its cells, where these differ from file to file.
+    cell: f64,
 }
 
 impl Mosaic {
-    /// The smallest grid over all `layouts`.
-    pub(super) fn new(layouts: &[&Layout], limits: RasterLimits) -> Result<Self, ReadError> {
-        let first = *layouts.first().ok_or(ReadError::NoFile)?;
-        let offsets = layouts
+    /// The smallest grid over all `files`.
+    pub(super) fn new(files: &[&Layout], rules: Rules) -> Result<Self, ReadError> {
+        let (measured, underlays) = files.split_at(files.len() - rules.underlays);
+        let first = *measured.first().ok_or(ReadError::NoFile)?;
+        let is_one_lattice = files.iter().all(|file| offset(first, file).is_some());
+        let cells = if is_one_lattice {
+            vec![1.0; files.len()]
+        } else {
+            files.iter().map(|file| cell(file)).collect::<Result<_, _>>()?
+        };
+        let lattice = finest(&cells[..measured.len()]);
+        let mut found = measured
             .iter()
-            .map(|layout| offset(first, layout))
+            .zip(&cells)
+            .map(|(file, &cell)| find(files[lattice], file, cell))
             .collect::<Result<Vec<_>, _>>()?;
-        let low = offsets.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = offsets
-            .iter()
-            .zip(layouts)
-            .map(|(&offset, layout)| offset + DVec2::new(layout.columns as f64, layout.rows as f64))
-            .fold(DVec2::NEG_INFINITY, DVec2::max);
-        let size = high - low;
-        let (columns, rows) = (size.x as usize, size.y as usize);
-        placement::check_size(&first.path, columns, rows, limits.samples)?;
+        let around = rectangle_around(&found, rules.around, files[lattice])?;
+        for (file, &cell) in underlays.iter().zip(&cells[measured.len()..]) {
+            found.push(below(files[lattice], file, cell, &around)?);
+        }
+        let ranks = ranks(&cells, measured.len(), rules.by_order);
+        Self::over(files[lattice], lattice, found, ranks, rules.limits)
+    }
+
+    fn over(
+        first: &Layout,
+        lattice: usize,
+        found: Vec<Found>,
+        ranks: Vec<usize>,
+        limits: RasterLimits,
+    ) -> Result<Self, ReadError> {
+        let [columns, rows] = union(&found);
+        let size = [&columns, &rows].map(|range| (range.end - range.start) as usize);
+        placement::check_size(&first.path, size[0], size[1], limits.samples)?;
+        let origin = [columns.start, rows.start];
+        let finest = found[lattice].cell;
+        let place = |file: Found| Place {
+            extent: [0, 1].map(|axis| {
+                let range = &file.extent[axis];
+                (range.start - origin[axis]) as usize..(range.end - origin[axis]) as usize
+            }),
+            between: file.between,
+            coarseness: file.cell / finest,
+        };
         Ok(Self {
-            columns,
-            rows,
-            origin: [low.x as i64, low.y as i64],
+            columns: size[0],
+            rows: size[1],
+            origin,
+            lattice,
             to_crs: first.to_crs,
-            offsets: offsets
-                .iter()
-                .map(|&offset| offset - low)
-                .map(|offset| [offset.x as usize, offset.y as usize])
-                .collect(),
+            places: found.into_iter().map(place).collect(),
+            ranks,
         })
     }
 }
 
-/// Whole cells from the first sample of `first` to that of `layout`, on the lattice of `first`.
-fn offset(first: &Layout, layout: &Layout) -> Result<DVec2, ReadError> {
-    let mixed = |reason: String| ReadError::Mixed {
-        path: layout.path.clone(),
-        first: first.path.clone(),
-        reason,
+/// The file with the finest cells, the first of several.
+fn finest(cells: &[f64]) -> usize {
+    let least = cells.iter().copied().fold(f64::INFINITY, f64::min);
+    cells
+        .iter()
+        .position(|&cell| cell <= least * (1.0 + EQUALLY_FINE))
+        .unwrap_or(0)
+}
+
+/// Underlays last; finer cells first, unless files count in their order.
+fn ranks(cells: &[f64], measured: usize, by_order: bool) -> Vec<usize> {
+    let mut ranks: Vec<usize> = (0..cells.len()).collect();
+    let fineness = |file: usize| (cells[file].ln() / EQUALLY_FINE.ln_1p()).round() as i64;
+    ranks.sort_by_key(|&file| (file >= measured, if by_order { 0 } else { fineness(file) }, file));
+    ranks
+}
+
+fn find(lattice: &Layout, file: &Layout, cell: f64) -> Result<Found, ReadError> {
+    let Some(offset) = offset(lattice, file) else {
+        return Ok(Found {
+            extent: between::reach(lattice, file)?,
+            between: Some(Between::new(lattice, file)?),
+            cell,
+        });
     };
-    if layout.crs != first.crs {
-        return Err(mixed(format!("its CRS is {}, not {}", layout.crs.name, first.crs.name)));
+    let [left, top] = [offset.x as i64, offset.y as i64];
+    Ok(Found {
+        extent: [left..left + file.columns as i64, top..top + file.rows as i64],
+        between: None,
+        cell,
+    })
+}
+
+/// A file that is below and around others, as far as `around` reaches.
+fn below(lattice: &Layout, file: &Layout, cell: f64, around: &[Range<i64>; 2]) -> Result<Found, ReadError> {
+    let within = |reach: [Range<i64>; 2]| {
+        [0, 1].map(|axis| {
+            let start = reach[axis].start.clamp(around[axis].start, around[axis].end);
+            start..reach[axis].end.clamp(start, around[axis].end)
+        })
+    };
+    // A file as large as the Earth has no place on the plane of a small one's reference system: it is asked everywhere.
+    let extent = match between::reach(lattice, file) {
+        Ok(reach) if !between::is_around(file) => within(reach),
+        _ => around.clone(),
+    };
+    Ok(Found {
+        extent,
+        between: Some(Between::new(lattice, file)?),
+        cell,
+    })
+}
+
+/// The rectangle of all files and so many metres around them, or half its size.
+fn rectangle_around(found: &[Found], metres: Option<f64>, lattice: &Layout) -> Result<[Range<i64>; 2], ReadError> {
+    let rectangle = union(found);
+    let margins = match metres {
+        None => [0, 1].map(|axis| (rectangle[axis].end - rectangle[axis].start) / 2),
+        Some(metres) => {
+            let georeference = georeference(lattice)?;
+            let middle = DVec2::new(lattice.columns as f64, lattice.rows as f64) / 2.0;
+            let cell = georeference.cell_metres(middle);
+            [0, 1].map(|axis| (metres / cell[axis]).ceil() as i64)
+        }
+    };
+    Ok([0, 1].map(|axis| rectangle[axis].start - margins[axis]..rectangle[axis].end + margins[axis]))
+}
+
+fn union(found: &[Found]) -> [Range<i64>; 2] {
+    [0, 1].map(|axis| {
+        let starts = found.iter().map(|file| file.extent[axis].start);
+        let ends = found.iter().map(|file| file.extent[axis].end);
+        starts.min().unwrap_or(0)..ends.max().unwrap_or(0)
+    })
+}
+
+/// Metres of a side of a square as large as a file's cells in its middle.
+fn cell(file: &Layout) -> Result<f64, ReadError> {
+    if file.is_local {
+        return Ok(file.to_crs.matrix2.determinant().abs().sqrt());
     }
+    let middle = DVec2::new(file.columns as f64, file.rows as f64) / 2.0;
+    let sides = georeference(file)?.cell_metres(middle);
+    Ok((sides.x * sides.y).sqrt())
+}
+
+fn georeference(file: &Layout) -> Result<GeoReference, ReadError> {
+    GeoReference::new(&file.crs, file.to_crs, file.columns, file.rows)
+        .map_err(|source| ReadError::Position(file.path.clone(), source))
+}
+
+/// Whole cells from the first sample of `first` to that of `layout`, on the lattice of `first`; none where it is not on that.
+fn offset(first: &Layout, layout: &Layout) -> Option<DVec2> {
     let to_first = first.to_crs.inverse() * nearest_turn(first, layout);
     let last = DVec2::new((layout.columns - 1) as f64, (layout.rows - 1) as f64);
     let begin = to_first.transform_point2(DVec2::ZERO);
     let drift = (to_first.transform_point2(last) - begin - last).abs().max_element();
-    if drift.is_nan() || drift > MISALIGNMENT {
-        return Err(mixed("its cells have another size or direction".to_owned()));
-    }
     let cells = begin.round();
     let shift = (begin - cells).abs().max_element();
-    if shift > MISALIGNMENT || cells.abs().max_element() > FARTHEST {
-        return Err(mixed(format!(
-            "its samples are {shift:.3} cells off the other's lattice"
-        )));
-    }
-    Ok(cells)
+    let is_on_lattice = layout.crs == first.crs
+        && drift <= MISALIGNMENT
+        && shift <= MISALIGNMENT
+        && cells.abs().max_element() <= FARTHEST;
+    is_on_lattice.then_some(cells)
 }
 
 /// The layout's transform, turned by whole turns of longitude where that brings it nearer to `first`: two files on

@@ -62,12 +62,15 @@ fn notes_of_faults(path: &Path, faults: &Faults) -> Vec<String> {
         wild,
         disagreeing,
         apart,
+        filled,
     } = faults;
     let of_wild = format!("{path}: {wild} samples are infinite or beyond ±{kilometres} km and count as voids");
     let of_overlap = format!(
-        "{path}: {disagreeing} samples differ from those of files given before it, by up to {apart} m; the earlier files' count"
+        "{path}: {disagreeing} samples differ from those of files that count before it, by up to {apart} m; beside these it is bent to \
+         meet them"
     );
-    let notes = [(wild, of_wild), (disagreeing, of_overlap)];
+    let of_filled = format!("{filled} void samples were filled from their rims");
+    let notes = [(wild, of_wild), (disagreeing, of_overlap), (filled, of_filled)];
     notes
         .into_iter()
         .filter(|&(count, _)| count > 0)

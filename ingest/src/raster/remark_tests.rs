@@ -29,6 +29,7 @@ fn heights_above_every_mountain_and_a_plain_of_one_height_are_named() {
 #[test]
 fn files_that_disagree_are_named_with_how_many_samples_and_by_how_much() {
     let faults = Faults {
+        filled: 3,
         wild: 3,
         disagreeing: 1800,
         apart: 7.0,
@@ -36,9 +37,10 @@ fn files_that_disagree_are_named_with_how_many_samples_and_by_how_much() {
     let notes = notes_of_faults(Path::new("b.tif"), &faults);
     assert!(notes[0].starts_with("b.tif: 3 samples are infinite"), "{notes:?}");
     assert!(
-        notes[1].starts_with("b.tif: 1800 samples differ from those of files given before it, by up to 7 m"),
+        notes[1].starts_with("b.tif: 1800 samples differ from those of files that count before it, by up to 7 m"),
         "{notes:?}"
     );
+    assert_eq!(notes[2], "3 void samples were filled from their rims");
     assert!(notes_of_faults(Path::new("b.tif"), &Faults::default()).is_empty());
 }
 

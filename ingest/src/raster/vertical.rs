@@ -18,8 +18,9 @@ use std::sync::Arc;
 use glam::DVec2;
 use terrain_tiles::metadata::{HeightsAbove, Vertical};
 
+use datum::ELLIPSOID;
 pub(crate) use datum::UNSPECIFIED;
-use datum::{Datum, ELLIPSOID, Frame};
+use datum::{Datum, Frame};
 use geoid::Geoid;
 
 use super::ReadError;
@@ -150,6 +151,29 @@ impl HeightReference {
 pub fn undulations(grid: &Path, places: &[DVec2]) -> Result<Vec<Option<f64>>, ReadError> {
     let geoid = Geoid::open(grid, &Datum::Unspecified, Some(&grid.display().to_string()))?;
     Ok(places.iter().map(|&place| geoid.undulation(place)).collect())
+}
+
+/// Where the sea would be.
+pub(crate) struct SeaLevel(Arc<Geoid>);
+
+impl SeaLevel {
+    /// By the grid that the person names, or else that of EGM96.
+    ///
+    /// # Errors
+    /// When the grid cannot be read.
+    pub(crate) fn new(asked: &Vertical) -> Result<Self, ReadError> {
+        Geoid::open(
+            Path::new("--outside geoid"),
+            &Datum::named("EGM96"),
+            asked.geoid.as_deref(),
+        )
+        .map(Self)
+    }
+
+    /// Metres above the ellipsoid at degrees; none where the grid does not reach.
+    pub(crate) fn height(&self, longitude: f64, latitude: f64) -> Option<f64> {
+        self.0.undulation(DVec2::new(longitude, latitude))
+    }
 }
 
 fn columns_in(range: &Range<i64>) -> usize {

@@ -289,6 +289,7 @@ fn metadata(tiles: &BTreeMap<TileAddress, Tile>) -> Metadata {
             samples: [SAMPLES, SAMPLES],
         },
         generator: "test".to_owned(),
+        outside: terrain_tiles::outside::Outside::default(),
         zooms: vec![zoom(0, [1, 0, 1, 0]), zoom(1, [2, 0, 3, 1])],
     }
 }

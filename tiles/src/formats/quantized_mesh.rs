@@ -13,6 +13,7 @@ mod bounds;
 mod decode;
 mod encode;
 mod from_tile;
+mod normals;
 mod square;
 mod validate;
 
@@ -20,6 +21,7 @@ use glam::DVec3;
 
 pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
 pub use encode::{Extensions, encode};
+pub use normals::addresses_around;
 pub use validate::{Fault, validate};
 
 use crate::address::{Side, TileAddress};

@@ -1,5 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use crate::outside::{HeightField, Outside};
 use std::path::PathBuf;
 use std::{env, fs};
 
@@ -75,7 +76,7 @@ fn hills(x: f64, y: f64) -> f64 {
 
 /// Encodes, decodes, validates; returns what was decoded.
 fn through_bytes(tile: &Tile) -> QuantizedMesh {
-    let mesh = QuantizedMesh::from_tile(tile);
+    let mesh = QuantizedMesh::from_tile(tile, &[], &Outside::Ellipsoid);
     assert_eq!(validate(&mesh, tile.address), Ok(()));
     let decoded = decode(&encode(&mesh, Extensions::ALL), &QuantizedMeshLimits::default()).unwrap();
     assert_eq!(decoded, mesh);
@@ -357,7 +358,7 @@ fn neighbours_agree_along_their_side() {
 fn the_bare_ellipsoid_is_valid_at_every_zoom() {
     for (zoom, cells) in [(0, 32), (1, 23), (2, 16), (5, 6), (10, 1), (14, 1)] {
         let address = address(zoom, 1, 0);
-        let mesh = QuantizedMesh::ellipsoid(address);
+        let mesh = QuantizedMesh::unmeasured(address, &Outside::Ellipsoid);
         assert_eq!(validate(&mesh, address), Ok(()));
         assert_eq!(mesh.triangles.len(), 2 * cells * cells, "zoom {zoom}");
         assert_eq!((mesh.heights, mesh.measured_triangles), ([0.0, 0.0], Some(0)));
@@ -366,7 +367,7 @@ fn the_bare_ellipsoid_is_valid_at_every_zoom() {
 
 #[test]
 fn extensions_that_were_not_asked_for_are_not_there() {
-    let mesh = QuantizedMesh::ellipsoid(address(3, 0, 0));
+    let mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &Outside::Ellipsoid);
     for names in ["", "watermask", "octvertexnormals", "metadata-measuredtriangles"] {
         let asked = Extensions::named(names.split('-'));
         let there = decode(&encode(&mesh, asked), &QuantizedMeshLimits::default()).unwrap();
@@ -381,7 +382,7 @@ fn extensions_that_were_not_asked_for_are_not_there() {
 
 #[test]
 fn a_tile_of_two_triangles_has_the_bytes_of_the_specification() {
-    let mesh = QuantizedMesh::ellipsoid(address(12, 4_096, 2_048));
+    let mesh = QuantizedMesh::unmeasured(address(12, 4_096, 2_048), &Outside::Ellipsoid);
     let bytes = encode(&mesh, Extensions::default());
     assert_eq!(bytes.len(), 88 + (4 + 4 * 6) + (4 + 6 * 2) + 4 * (4 + 2 * 2));
     assert_eq!(bytes[88..92], [4, 0, 0, 0], "vertices");
@@ -454,7 +455,7 @@ fn is_behind_unit_sphere(viewer: DVec3, target: DVec3) -> bool {
 #[test]
 fn flat_ground_has_the_ellipsoids_normals() {
     let address = address(6, 70, 50);
-    let mesh = QuantizedMesh::ellipsoid(address);
+    let mesh = QuantizedMesh::unmeasured(address, &Outside::Ellipsoid);
     for (index, &bytes) in mesh.normals.as_ref().unwrap().iter().enumerate() {
         let place = mesh.geodetic(address, index);
         let up = normal(place.longitude, place.latitude);
@@ -590,4 +591,56 @@ fn tiles_of_other_makers_are_read() {
         decode(&legacy, &QuantizedMeshLimits::default()),
         Err(QuantizedMeshError::Truncated("extensions"))
     );
+}
+
+/// Ground around 400 m over the tile and its neighbours.
+fn around(address: TileAddress) -> Outside {
+    let size = address.degrees();
+    Outside::Extend {
+        field: HeightField {
+            bounds: [
+                address.west() - size,
+                address.south() - size,
+                address.west() + 2.0 * size,
+                address.south() + 2.0 * size,
+            ],
+            columns: 4,
+            decimetres: (0..16).map(|node| 4_000 + 10 * node).collect(),
+        },
+    }
+}
+
+#[test]
+fn ground_that_goes_on_meets_the_data_without_a_wall() {
+    let address = address(10, 300, 700);
+    let extent = 32_768.0;
+    let island = |column: usize, row: usize| (3..9).contains(&column) && (2..7).contains(&row);
+    let mesh = grid(&even(16, extent), &even(9, extent), hills, island);
+    let outside = around(address);
+    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &outside);
+    assert_eq!(validate(&quantized, address), Ok(()));
+    let measured = quantized.measured_triangles.unwrap() as usize;
+    assert!(measured < quantized.triangles.len());
+    let area = |triangle: &[u32; 3]| plan_area(&quantized.vertices, *triangle);
+    assert!(quantized.triangles.iter().all(|triangle| area(triangle) > 0));
+    let height = |index: u32| quantized.geodetic(address, index as usize).height;
+    let corners = quantized.edges.iter().flatten().map(|&vertex| height(vertex));
+    assert!(corners.clone().all(|height| (404.0..411.0).contains(&height)));
+    let walled = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &Outside::Ellipsoid);
+    let walls = walled
+        .triangles
+        .iter()
+        .filter(|triangle| plan_area(&walled.vertices, **triangle) == 0);
+    assert!(walls.count() > 0);
+}
+
+#[test]
+fn without_an_outside_there_is_only_what_was_measured() {
+    let address = address(10, 300, 700);
+    let extent = 32_768.0;
+    let mesh = grid(&even(16, extent), &even(9, extent), hills, |column, _| column < 5);
+    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &Outside::None);
+    assert_eq!(quantized.measured_triangles, Some(quantized.triangles.len() as u32));
+    assert_eq!(quantized.triangles.len(), mesh.triangles.len());
+    assert!(QuantizedMesh::unmeasured(address, &Outside::None).triangles.is_empty());
 }

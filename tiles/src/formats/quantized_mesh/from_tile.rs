@@ -2,31 +2,33 @@
 
 use glam::DVec3;
 
-use super::square::{self, CompletedSquare};
-use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic, plan_area};
+use super::normals::shared_normals;
+use super::square::{self, CompletedSquare, Point};
+use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic};
 use crate::address::{Side, TileAddress};
-use crate::ellipsoid::{normal, to_earth_centred};
+use crate::ellipsoid::to_earth_centred;
+use crate::outside::Outside;
 use crate::tile::Tile;
 
 impl QuantizedMesh {
-    /// The finest surface of `tile`, completed to its whole square at height 0.
+    /// The finest surface of `tile`, completed to its whole square by what is `outside`. Normals along its sides are made from `beside`,
+    /// too: the tiles at [`addresses_around`](super::addresses_around), those that there are.
     #[must_use]
-    pub fn from_tile(tile: &Tile) -> Self {
+    pub fn from_tile(tile: &Tile, beside: &[Tile], outside: &Outside) -> Self {
         let mesh = tile.surface(tile.finest());
-        Self::from_surface(
-            tile.address,
-            square::complete(&mesh, tile.extent_bits, tile.address.zoom),
-        )
+        let normals = shared_normals(tile, beside);
+        let surface = square::complete(&mesh, &normals, tile.extent_bits, tile.address, outside);
+        Self::from_surface(tile.address, surface, outside)
     }
 
-    /// The bare ellipsoid over the square of `address`: height 0, nothing measured.
+    /// What is `outside` over the square of `address`, where nothing is measured.
     #[must_use]
-    pub fn ellipsoid(address: TileAddress) -> Self {
+    pub fn unmeasured(address: TileAddress, outside: &Outside) -> Self {
         let nothing = terrain_core::Mesh::default();
-        Self::from_surface(address, square::complete(&nothing, 1, address.zoom))
+        Self::from_surface(address, square::complete(&nothing, &[], 1, address, outside), outside)
     }
 
-    fn from_surface(address: TileAddress, surface: CompletedSquare) -> Self {
+    fn from_surface(address: TileAddress, surface: CompletedSquare, outside: &Outside) -> Self {
         let surface = number_by_first_use(surface);
         let scale = HeightScale::over(surface.points.iter().map(|point| point.height));
         let vertices: Vec<Vertex> = surface
@@ -44,7 +46,12 @@ impl QuantizedMesh {
             .map(|vertex| to_earth_centred(geodetic(address, heights, *vertex)))
             .collect();
         let (sphere_center, sphere_radius) = bounds::sphere(&positions);
-        let normals = vertex_normals(address, &vertices, &positions, &surface.triangles);
+        let normal = |point: &Point| {
+            point
+                .normal
+                .unwrap_or_else(|| outside.normal(address, [point.u, point.v], EXTENT))
+        };
+        let normals: Vec<DVec3> = surface.points.iter().map(normal).collect();
         Self {
             center: sphere_center,
             heights,
@@ -137,46 +144,6 @@ impl HeightScale {
         };
         [self.lowest, self.lowest + span].map(|steps| (steps * self.step) as f32)
     }
-}
-
-/// Averages of the triangles around each vertex, weighted by area. Walls do not count: they would darken the rim of the
-/// ground they stand on. On a side the neighbouring vertices' triangles count, too: a side's own may all be slivers, whose
-/// slope says nothing and would show as a line along the tile's border. At a pole, where a side is one point, the ellipsoid's normal steps in.
-fn vertex_normals(
-    address: TileAddress,
-    vertices: &[Vertex],
-    positions: &[DVec3],
-    triangles: &[[u32; 3]],
-) -> Vec<DVec3> {
-    let level = || triangles.iter().filter(|triangle| plan_area(vertices, **triangle) > 0);
-    let mut sums = vec![DVec3::ZERO; vertices.len()];
-    for triangle in level() {
-        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-        let area_vector = (b - a).cross(c - a);
-        triangle.iter().for_each(|&vertex| sums[vertex as usize] += area_vector);
-    }
-    let around = sums.clone();
-    for &[a, b, c] in level() {
-        for [vertex, next, last] in
-            [[a, b, c], [b, c, a], [c, a, b]].map(|corners| corners.map(|corner| corner as usize))
-        {
-            if is_on_any_side(vertices[vertex]) {
-                sums[vertex] += around[next] + around[last];
-            }
-        }
-    }
-    let up = |vertex: &Vertex| {
-        let place = geodetic(address, [0.0; 2], *vertex);
-        normal(place.longitude, place.latitude)
-    };
-    sums.iter()
-        .zip(vertices)
-        .map(|(sum, vertex)| sum.try_normalize().unwrap_or_else(|| up(vertex)))
-        .collect()
-}
-
-fn is_on_any_side(vertex: Vertex) -> bool {
-    Side::ALL.iter().any(|&side| across_and_along(side, vertex).0 == 0)
 }
 
 /// The vertices on each side. Where measured ground ends at a fill, two are at one place; the one that belongs to the

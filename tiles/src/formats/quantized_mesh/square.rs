@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! round the vertices; those that meet become one
-//! where the outline leaves the square's sides: add ground points at height 0, in a grid, outside it
+//! where the outline leaves the square's sides: add ground points, in a grid, outside it
 //! constrained Delaunay triangulation of all points, with the outline and then the mesh's edges as constraints
 //! triangles inside the rounded outline are measured, the others ground
-//! ground triangles get corners of their own at height 0
-//! where measured and ground triangles meet: a wall
+//! if the ground does not go on from the data: ground triangles get corners of their own, at its height there,
+//! and where measured and ground triangles meet is a wall
 //! ```
 //!
 //! A mesh that survives rounding comes out as it was: its edges are all there is room for (one that fills the square, too,
@@ -16,10 +16,16 @@
 
 use std::collections::{HashMap, HashSet};
 
+use glam::DVec3;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use terrain_core::Mesh;
 
 use super::EXTENT;
+use crate::address::TileAddress;
+use crate::outside::Outside;
+
+/// Cells along a tile's side in which it is looked up what is outside, at most.
+const MOST_CELLS: f64 = 64.0;
 
 /// A vertex: plan position in coordinates of the format, height in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +33,8 @@ pub(super) struct Point {
     pub(super) u: u16,
     pub(super) v: u16,
     pub(super) height: f64,
+    /// Earth-centred unit normal, of measured ones.
+    pub(super) normal: Option<DVec3>,
 }
 
 /// A surface over the whole square.
@@ -39,9 +47,16 @@ pub(super) struct CompletedSquare {
     pub(super) measured: u32,
 }
 
-/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, to the whole square of a tile at `zoom`.
-pub(super) fn complete(mesh: &Mesh, extent_bits: u8, zoom: u8) -> CompletedSquare {
-    let (mut points, triangles) = snap(mesh, extent_bits);
+/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, with a normal for each vertex, to the whole square of a tile by what
+/// is `outside`.
+pub(super) fn complete(
+    mesh: &Mesh,
+    normals: &[DVec3],
+    extent_bits: u8,
+    address: TileAddress,
+    outside: &Outside,
+) -> CompletedSquare {
+    let (mut points, triangles) = snap(mesh, normals, extent_bits);
     let outline = Outline::of(&points, &mesh.triangles, &triangles);
     let whole = outline.is_the_square();
     if whole
@@ -50,22 +65,54 @@ pub(super) fn complete(mesh: &Mesh, extent_bits: u8, zoom: u8) -> CompletedSquar
             .all(|triangle| is_counter_clockwise(&points, *triangle))
     {
         // Its triangles cover their border's inside once: there is nothing to mend.
-        return join(points, triangles, Vec::new());
+        return CompletedSquare::measured(points, triangles);
     }
-    if !whole {
-        points.extend(ground_points(&outline, zoom));
+    let height = |[u, v]: [u16; 2]| outside.height_in(address, [u, v], EXTENT);
+    let has_ground = !whole && *outside != Outside::None;
+    if has_ground {
+        let cells = ground_cells(address, outside.detail());
+        points.extend(ground_points(&outline, cells).map(|[u, v]| Point {
+            u,
+            v,
+            height: height([u, v]),
+            normal: None,
+        }));
     }
     let faces = triangulate(&points, &outline.edges, &triangles);
     let (measured, ground) = faces
         .into_iter()
         .partition(|face| whole || outline.contains_middle(&points, *face));
-    join(points, measured, ground)
+    match outside {
+        Outside::None => CompletedSquare::measured(points, measured),
+        _ if outside.meets_data() => CompletedSquare::beside(points, measured, ground),
+        _ => join(points, measured, ground, height),
+    }
+}
+
+impl CompletedSquare {
+    fn measured(points: Vec<Point>, triangles: Vec<[u32; 3]>) -> Self {
+        Self {
+            measured: triangles.len() as u32,
+            points,
+            triangles,
+        }
+    }
+
+    /// With ground that has the heights of the measured surface where both meet.
+    fn beside(points: Vec<Point>, measured: Vec<[u32; 3]>, ground: Vec<[u32; 3]>) -> Self {
+        let count = measured.len() as u32;
+        Self {
+            points,
+            triangles: [measured, ground].concat(),
+            measured: count,
+        }
+    }
 }
 
 /// The points that the mesh's triangles use, rounded, and the triangles on them. Where several vertices fall on one
 /// place, the first from the west, then from the south, gives the height: along a side that is the same one for both
 /// tiles.
-fn snap(mesh: &Mesh, extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
+fn snap(mesh: &Mesh, normals: &[DVec3], extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
     let position = |vertex: u32| mesh.positions[vertex as usize];
     let mut used = mesh.triangles.as_flattened().to_vec();
     used.sort_by(|&a, &b| {
@@ -77,10 +124,10 @@ fn snap(mesh: &Mesh, extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
     let mut places = HashMap::new();
     let mut numbers = vec![0; mesh.positions.len()];
     for vertex in used {
-        let height = position(vertex).z;
+        let (height, normal) = (position(vertex).z, Some(normals[vertex as usize]));
         let [u, v] = [position(vertex).x, position(vertex).y].map(|coordinate| round(coordinate, extent_bits));
         numbers[vertex as usize] = *places.entry((u, v)).or_insert_with(|| {
-            points.push(Point { u, v, height });
+            points.push(Point { u, v, height, normal });
             points.len() as u32 - 1
         });
     }
@@ -184,14 +231,19 @@ impl Outline {
     }
 }
 
-/// Points at height 0 outside the outline, on a grid that is the same in all tiles of a zoom: ground without them would
-/// cut through the globe. Cells are 5.6° wide at zoom 0 and shrink to a tile at zoom 10, where they bulge 4 m.
-fn ground_points(outline: &Outline, zoom: u8) -> impl Iterator<Item = Point> {
-    let cells = (32.0 / (f64::from(zoom) / 2.0).exp2()).ceil() as u32;
+/// Places outside the outline, on a grid of so many cells a side: ground without them would cut through the globe.
+fn ground_points(outline: &Outline, cells: u32) -> impl Iterator<Item = [u16; 2]> {
     let at = move |index: u32| ((index * u32::from(EXTENT) + cells / 2) / cells) as u16;
-    let grid = (0..=cells).flat_map(move |row| (0..=cells).map(move |column| (at(column), at(row))));
-    grid.map(|(u, v)| Point { u, v, height: 0.0 })
-        .filter(|point| outline.winding(triple(*point)) == Some(0))
+    let grid = (0..=cells).flat_map(move |row| (0..=cells).map(move |column| [at(column), at(row)]));
+    grid.filter(|&[u, v]| outline.winding((i64::from(u) * 3, i64::from(v) * 3)) == Some(0))
+}
+
+/// The same in all tiles of a zoom: cells are 5.6° wide at zoom 0 and shrink to a tile at zoom 10, where they bulge 4 m; or as wide as
+/// what is outside is known in `detail`, in degrees.
+fn ground_cells(address: TileAddress, detail: Option<f64>) -> u32 {
+    let of_globe = (32.0 / (f64::from(address.zoom) / 2.0).exp2()).ceil() as u32;
+    let of_detail = detail.map_or(1, |degrees| (address.degrees() / degrees).clamp(1.0, MOST_CELLS) as u32);
+    of_globe.max(of_detail)
 }
 
 /// All points, triangulated, with as many of the edges as there is room for: the outline first, then those of triangles
@@ -217,18 +269,26 @@ fn triangulate(points: &[Point], outline: &[[u32; 2]], triangles: &[[u32; 3]]) -
         .collect()
 }
 
-/// One surface of measured and ground triangles. A ground triangle's corners are at height 0, whatever the measured
+/// One surface of measured and ground triangles. A ground triangle's corners are at the ground's height, whatever the measured
 /// surface has there; the wall between them closes the step.
-fn join(mut points: Vec<Point>, measured: Vec<[u32; 3]>, ground: Vec<[u32; 3]>) -> CompletedSquare {
+fn join(
+    mut points: Vec<Point>,
+    measured: Vec<[u32; 3]>,
+    ground: Vec<[u32; 3]>,
+    height: impl Fn([u16; 2]) -> f64,
+) -> CompletedSquare {
     let mut feet: HashMap<u32, u32> = HashMap::new();
     let mut foot = |top: u32| {
-        if points[top as usize].height == 0.0 {
+        let point = points[top as usize];
+        let height = height([point.u, point.v]);
+        if point.height == height {
             return top;
         }
         *feet.entry(top).or_insert_with(|| {
             points.push(Point {
-                height: 0.0,
-                ..points[top as usize]
+                height,
+                normal: None,
+                ..point
             });
             points.len() as u32 - 1
         })
