@@ -8,6 +8,7 @@ use moka::future::Cache;
 
 use crate::coding::Coding;
 use crate::failure::Failure;
+use crate::raster_dem::RasterRequest;
 use crate::tileset::Form;
 use terrain_tiles::address::TileAddress;
 
@@ -16,6 +17,8 @@ use terrain_tiles::address::TileAddress;
 pub(crate) enum Key {
     /// A tile of a generation of an archive.
     Tile(u64, TileAddress, Form),
+    /// A raster tile of a generation of an archive.
+    Raster(u64, RasterRequest),
     /// A document by its tag, which tells its content.
     Document(String, Coding),
 }

@@ -21,7 +21,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_io_timeout::TimeoutStream;
 use tower::ServiceExt;
 
-use crate::observe::Metrics;
+use crate::metrics::Metrics;
 use crate::settings::Settings;
 
 /// Open files that are not connections: archives, logs, what libraries need.

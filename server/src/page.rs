@@ -6,10 +6,10 @@ use axum::http::{HeaderMap, Uri};
 use axum::response::Response;
 use rust_embed::{EmbeddedFile, RustEmbed};
 
-use crate::Service;
 use crate::answer::Description;
 use crate::coding::Coding;
 use crate::failure::Failure;
+use crate::service::Service;
 
 #[derive(RustEmbed)]
 #[folder = "web/dist"]

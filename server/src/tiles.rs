@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use axum::body::Bytes;
-use axum::extract::{Path, RawQuery, State};
+use axum::extract::{Path, Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde_json::json;
 use twox_hash::XxHash3_128;
 
-use crate::Service;
 use crate::answer::Description;
 use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
+use crate::service::Service;
 use crate::tileset::{Form, TileError, TileRequest, Tileset};
 
 /// Smaller documents are not worth compressing.
@@ -54,20 +54,19 @@ pub(crate) async fn json_document(service: &Service, body: Bytes, headers: &Head
 pub(crate) async fn tile(
     State(service): State<Service>,
     Path((name, z, x, file)): Path<(String, String, String, String)>,
-    RawQuery(query): RawQuery,
-    headers: HeaderMap,
+    request: Request,
 ) -> Result<Response, Failure> {
-    let query = query.unwrap_or_default();
+    let (headers, query) = (request.headers(), request.uri().query().unwrap_or_default());
     let tileset = service.find(&name)?;
-    let request = TileRequest::parse([&z, &x, &file], &query, &headers)?;
-    let answered = answer(&service, &tileset, &request, &query, &headers).await;
+    let request = TileRequest::parse([&z, &x, &file], query, headers)?;
+    let answered = answer(&service, &tileset, &request, query, headers).await;
     let answered = match answered {
         Err(TileError::Unreadable(reason)) => {
             // Somebody may be overwriting the file.
             tracing::warn!("{reason}");
             service.look_again().await;
             let now = service.find(&name)?;
-            answer(&service, &now, &request, &query, &headers).await
+            answer(&service, &now, &request, query, headers).await
         }
         answered => answered,
     };

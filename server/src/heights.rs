@@ -1,0 +1,157 @@
+//! Heights at places, from the surfaces of archives, and what is known of each.
+//!
+//! ```text
+//! places ─▶ sorted by the tile that they are in ─▶ each tile decoded once ─▶ height, error, status
+//! ```
+
+use std::sync::Arc;
+
+use moka::sync::Cache;
+use serde::Serialize;
+use terrain_tiles::address::{MAX_ZOOM, Side, TileAddress};
+use terrain_tiles::ground::Ground;
+use utoipa::ToSchema;
+
+use crate::tileset::{TileError, Tileset};
+
+/// Decoded surfaces kept in memory, bytes.
+const GROUND_BYTES: u64 = 256 << 20;
+
+/// Further than this part of its side no tile's triangles reach out of it, but for those of the two roots.
+const FARTHEST_REACH: f64 = 0.25;
+
+/// Degrees: where something is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    pub(crate) longitude: f64,
+    pub(crate) latitude: f64,
+}
+
+/// Whether there is ground at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Status {
+    /// The surface has a height there.
+    Measured,
+    /// Within the archive's bounds, but its source has no samples there.
+    Void,
+    /// Out of the archive's bounds.
+    Outside,
+}
+
+/// What is known of the ground at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Height {
+    pub(crate) status: Status,
+    /// Metres, where it is measured; and how far the source may be from it there, certified.
+    pub(crate) metres: f64,
+    pub(crate) error: f64,
+}
+
+/// Surfaces of tiles, ready to be asked.
+#[derive(Clone)]
+pub(crate) struct Heights(Cache<(u64, TileAddress), Option<Arc<Ground>>>);
+
+impl Default for Heights {
+    fn default() -> Self {
+        let weight = |_: &(u64, TileAddress), ground: &Option<Arc<Ground>>| {
+            let bytes = ground.as_ref().map_or(0, |ground| ground.size());
+            u32::try_from(bytes).unwrap_or(u32::MAX)
+        };
+        Self(Cache::builder().weigher(weight).max_capacity(GROUND_BYTES).build())
+    }
+}
+
+impl Heights {
+    /// The surface of the tile at `address`, if there is one. Blocks while it reads and decodes.
+    pub(crate) fn ground(&self, tileset: &Tileset, address: TileAddress) -> Result<Option<Arc<Ground>>, TileError> {
+        let key = (tileset.generation, address);
+        let make = || Ok(tileset.tile(address)?.map(|tile| Arc::new(Ground::of(&tile))));
+        self.0
+            .try_get_with(key, make)
+            .map_err(|error: Arc<TileError>| (*error).clone())
+    }
+
+    /// Heights at `places` on the surface of `zoom`, in their order. Blocks while it reads and decodes tiles.
+    pub(crate) fn at(&self, tileset: &Tileset, zoom: u8, places: &[Place]) -> Result<Vec<Height>, TileError> {
+        let mut heights = vec![Height::NONE; places.len()];
+        let mut order: Vec<(TileAddress, usize)> = places
+            .iter()
+            .enumerate()
+            .map(|(i, &place)| (tile_at(zoom, place), i))
+            .collect();
+        order.sort_unstable();
+        for run in order.chunk_by(|(one, _), (next, _)| one == next) {
+            let address = run[0].0;
+            let ground = self.ground(tileset, address)?;
+            for &(_, index) in run {
+                heights[index] = self.height(tileset, address, ground.as_deref(), places[index])?;
+            }
+        }
+        Ok(heights)
+    }
+
+    fn height(
+        &self,
+        tileset: &Tileset,
+        address: TileAddress,
+        ground: Option<&Ground>,
+        place: Place,
+    ) -> Result<Height, TileError> {
+        let Place { longitude, latitude } = place;
+        if let Some(height) = ground.and_then(|ground| measured(ground, place)) {
+            return Ok(height);
+        }
+        // Of the neighbours' edges that are straight in space, some bulge into this square.
+        let up = (latitude - address.south()) / address.degrees();
+        for (side, distance) in [(Side::South, up), (Side::North, 1.0 - up)] {
+            if let Some(neighbour) = address.neighbour(side).filter(|_| distance < FARTHEST_REACH)
+                && let Some(ground) = self.ground(tileset, neighbour)?
+                && distance <= ground.reach()
+                && let Some(height) = measured(&ground, place)
+            {
+                return Ok(height);
+            }
+        }
+        let status = if tileset.covers(longitude, latitude) {
+            Status::Void
+        } else {
+            Status::Outside
+        };
+        Ok(Height { status, ..Height::NONE })
+    }
+}
+
+impl Height {
+    const NONE: Self = Self {
+        status: Status::Outside,
+        metres: 0.0,
+        error: 0.0,
+    };
+
+    /// Metres, where it is measured.
+    pub(crate) fn measured(&self) -> Option<f64> {
+        (self.status == Status::Measured).then_some(self.metres)
+    }
+}
+
+fn measured(ground: &Ground, place: Place) -> Option<Height> {
+    let metres = ground.height(place.longitude, place.latitude)?;
+    Some(Height {
+        status: Status::Measured,
+        metres,
+        error: ground.error(),
+    })
+}
+
+/// The tile of `zoom` that a place of the Earth is in.
+pub(crate) fn tile_at(zoom: u8, place: Place) -> TileAddress {
+    let zoom = zoom.min(MAX_ZOOM);
+    let rows = f64::from(1_u32 << zoom);
+    let index = |degrees: f64, count: f64| (degrees * rows / 180.0).floor().clamp(0.0, count - 1.0) as u32;
+    TileAddress {
+        zoom,
+        x: index(place.longitude + 180.0, 2.0 * rows),
+        y: index(place.latitude + 90.0, rows),
+    }
+}
