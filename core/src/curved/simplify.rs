@@ -18,12 +18,13 @@
 //!
 //! **What holds after every plan:** patches meet as before, to the bit, since they share their curves; the surface is a manifold
 //! of the same topology, no two of its vertices joined by a new second edge; every patch's error bounds its distance from the
-//! part of the model it stands for, both ways ([`pieces`]). A patch whose normals turn farther than
+//! part of the model it stands for, both ways ([`cover`]). A patch whose normals turn farther than
 //! [`Options::least_cosine`] from its chord triangle's does not arise, nor one with a longer side than
 //! [`Options::longest_side`].
 
+mod cover;
 mod curves;
-mod pieces;
+mod nearest;
 mod plan;
 mod search;
 mod shared_curves;
@@ -33,7 +34,6 @@ mod surface;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use self::pieces::Piece;
 use self::plan::{Made, Plan, Side, Tag, Target};
 use self::search::{Reach, is_star};
 use self::shared_curves::CurveUse;
@@ -223,13 +223,13 @@ impl Simplifier {
 
     /// Makes all patches of a plan, or tells what the first that is not allowed has for an error.
     fn make(&mut self, plan: &Plan) -> Result<Vec<Made>, f64> {
-        let part_count = self.surface.parts.len();
+        let counts = self.surface.parts.counts();
         let made = plan.sides.iter().try_fold(Vec::new(), |mut made, side| {
             self.make_side(plan, side, &mut made)?;
             Ok(made)
         });
         if made.is_err() {
-            self.surface.parts.truncate(part_count);
+            self.surface.parts.truncate(counts);
         }
         made
     }
@@ -243,27 +243,23 @@ impl Simplifier {
         let mut samples: SmallVec<[Vec<(DVec3, DVec3)>; 2]> =
             side.targets.iter().map(|_| Vec::with_capacity(28)).collect();
         for (slot, cell) in side.slots.iter().zip(&side.cells) {
-            pieces::samples(&self.surface.patch_at(3 * slot), cell, &mut samples);
+            nearest::samples(&self.surface.patch_at(3 * slot), cell, &mut samples);
         }
         for (patch, samples) in patches.iter().zip(&samples) {
-            let rough = pieces::rough_error(*patch, samples);
+            let rough = nearest::rough_error(*patch, samples);
             if rough > self.limit {
                 return Err(rough);
             }
         }
-        let mut carried: SmallVec<[Vec<Piece>; 2]> = side.targets.iter().map(|_| Vec::new()).collect();
-        let Surface { pieces, parts, .. } = &mut self.surface;
-        for (slot, cell) in side.slots.iter().zip(&side.cells) {
-            for piece in &pieces[*slot as usize] {
-                cell.carry(piece, parts, &mut carried);
-            }
-        }
-        for (without, mut pieces) in patches.into_iter().zip(carried) {
-            let (patch, error) = pieces::fit(without, &mut pieces, parts, self.limit, &mut self.scratch)?;
+        let Surface { covers, parts, .. } = &mut self.surface;
+        let faces = side.slots.iter().map(|&slot| &covers[slot as usize]).zip(&side.cells);
+        let covers = self.carrier.carried(faces, side.targets.len(), parts);
+        for (without, mut cover) in patches.into_iter().zip(covers) {
+            let (patch, error) = nearest::fit(without, &mut cover, parts, self.limit, &mut self.scratch)?;
             made.push(Made {
                 centre: patch.points[CENTRE],
                 error,
-                pieces,
+                cover,
             });
         }
         Ok(())
