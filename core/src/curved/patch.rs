@@ -131,7 +131,12 @@ impl CubicPatch {
     /// The flat triangle between the corners, as a patch.
     #[must_use]
     pub fn flat(&self) -> Self {
-        let [a, b, c] = CORNERS.map(|corner| self.points[corner]);
+        Self::flat_between(CORNERS.map(|corner| self.points[corner]))
+    }
+
+    /// A flat triangle as a patch.
+    #[must_use]
+    pub fn flat_between([a, b, c]: [DVec3; 3]) -> Self {
         let third = |near: DVec3, far: DVec3| (2.0 * near + far) / 3.0;
         let curves = [[a, b], [b, c], [c, a]].map(|[from, to]| [third(from, to), third(to, from)]);
         Self::from_curves([a, b, c], curves, (a + b + c) / 3.0)

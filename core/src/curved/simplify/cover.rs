@@ -19,12 +19,12 @@ use std::collections::HashMap;
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-use crate::curved::patch::CubicPatch;
+use crate::curved::patch::{CENTRE, CubicPatch};
 
 /// Coordinates nearer to a line are on it.
 const ON_LINE: f64 = 1e-12;
 
-/// A part of the model.
+/// A part of the model that is curved.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     pub(super) points: CubicPatch,
@@ -32,21 +32,56 @@ pub(super) struct Part {
     pub(super) error: f64,
 }
 
-/// All parts of the model that ever were a piece, and where their corners are.
+/// A piece that is the flat triangle between its corners is no part of those that are kept.
+pub(super) const FLAT: u32 = u32::MAX;
+
+/// All parts of the model that ever were a piece, and where corners of pieces are.
 #[derive(Debug, Default)]
 pub(super) struct Parts {
-    pub(super) parts: Vec<Part>,
+    pub(super) curved: Vec<Part>,
     pub(super) corners: Vec<DVec3>,
 }
 
 impl Parts {
     pub(super) fn counts(&self) -> [usize; 2] {
-        [self.parts.len(), self.corners.len()]
+        [self.curved.len(), self.corners.len()]
     }
 
-    pub(super) fn truncate(&mut self, [parts, corners]: [usize; 2]) {
-        self.parts.truncate(parts);
+    pub(super) fn truncate(&mut self, [curved, corners]: [usize; 2]) {
+        self.curved.truncate(curved);
         self.corners.truncate(corners);
+    }
+
+    /// The centre of a part with three corners.
+    pub(super) fn centre(&self, part: u32, corners: [DVec3; 3]) -> DVec3 {
+        match part {
+            FLAT => corners.into_iter().sum::<DVec3>() / 3.0,
+            curved => self.curved[curved as usize].points.points[CENTRE],
+        }
+    }
+
+    /// The part's control points, and how far it is from the model.
+    pub(super) fn part(&self, part: u32, corners: [DVec3; 3]) -> Part {
+        match part {
+            FLAT => Part {
+                points: CubicPatch::flat_between(corners),
+                error: 0.0,
+            },
+            curved => self.curved[curved as usize],
+        }
+    }
+
+    /// The part over a triangle in the coordinates of another one.
+    fn cut(&mut self, part: u32, corners: [DVec3; 3]) -> u32 {
+        if part == FLAT {
+            return FLAT;
+        }
+        let Part { points, error } = self.curved[part as usize];
+        self.curved.push(Part {
+            points: points.part(corners),
+            error,
+        });
+        self.curved.len() as u32 - 1
     }
 }
 
@@ -62,7 +97,7 @@ pub(super) struct Place {
 /// A part of the model where a patch stands for it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
-    /// Its number among all parts.
+    /// Its number among curved parts, or [`FLAT`].
     pub(super) part: u32,
     /// Its corners among the places.
     pub(super) places: [u32; 3],
@@ -167,13 +202,18 @@ impl Carrier {
     /// The covers of `count` new patches from faces, and where these go.
     pub(super) fn carried<'a>(
         &mut self,
-        faces: impl Iterator<Item = (&'a Cover, &'a Cell)>,
+        faces: impl Iterator<Item = (&'a Cover, &'a Cell)> + Clone,
         count: usize,
         parts: &mut Parts,
     ) -> SmallVec<[Cover; 2]> {
         self.now += 1;
         self.between.clear();
-        let mut covers: SmallVec<[Cover; 2]> = smallvec![Cover::default(); count];
+        let most = faces.clone().map(|(face, _)| face.pieces.len()).sum();
+        let empty = |_| Cover {
+            places: Vec::with_capacity(most),
+            pieces: Vec::with_capacity(most),
+        };
+        let mut covers: SmallVec<[Cover; 2]> = (0..count).map(empty).collect();
         for (face, cell) in faces {
             match cell {
                 Cell::Whole(map) => self.carry_whole(face, map, parts, &mut covers[map.target]),
@@ -245,12 +285,7 @@ impl Carrier {
                 continue;
             }
             for (triangle, is_far) in self.cut(corners, far, piece.part, parts) {
-                let given = parts.parts[piece.part as usize];
-                parts.parts.push(Part {
-                    points: given.points.part(triangle.map(|corner| corner.own)),
-                    error: given.error,
-                });
-                let part = parts.parts.len() as u32 - 1;
+                let part = parts.cut(piece.part, triangle.map(|corner| corner.own));
                 self.push(triangle, &maps[usize::from(is_far)], part, parts, covers);
             }
         }
@@ -310,7 +345,12 @@ impl Carrier {
         let own = from.own.lerp(to.own, share);
         let key = [from.number.min(to.number), from.number.max(to.number)];
         let number = *self.between.entry(key).or_insert_with(|| {
-            parts.corners.push(parts.parts[part as usize].points.point(own));
+            let ends = [from, to].map(|corner| parts.corners[corner.number as usize]);
+            let point = match part {
+                FLAT => ends[0].lerp(ends[1], share),
+                curved => parts.curved[curved as usize].points.point(own),
+            };
+            parts.corners.push(point);
             parts.corners.len() as u32 - 1
         });
         Corner {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cover::{Cell, Cover, Parts, Place};
+use super::cover::{Cell, Cover, Parts, Piece, Place};
 use crate::curved::patch::{CENTRE, CubicPatch};
 
 /// Corners of pieces that are not on a side of the domain keep so far away from it.
@@ -162,13 +162,20 @@ fn fit_centre(without: &CubicPatch, cover: &Cover, parts: &Parts, scratch: &mut 
     }
     for piece in &cover.pieces {
         let places = piece.places.map(|place| cover.places[place as usize].at);
-        let given = parts.parts[piece.part as usize].points.points[CENTRE];
+        let given = parts.centre(piece.part, corners_of(piece, cover, parts));
         let (left, share) = (given - without.blossom(places), share_of_centre(places));
         sum += share * left;
         weight += share * share;
         centres.push((left, share));
     }
     sum / weight
+}
+
+#[inline]
+fn corners_of(piece: &Piece, cover: &Cover, parts: &Parts) -> [DVec3; 3] {
+    piece
+        .places
+        .map(|place| parts.corners[cover.places[place as usize].corner as usize])
 }
 
 /// The largest deviation of a control point of a piece.
@@ -192,7 +199,7 @@ fn error(
     }
     let mut largest = 0.0_f64;
     for (piece, (left, share)) in cover.pieces.iter().zip(centres) {
-        let given = &parts.parts[piece.part as usize];
+        let given = parts.part(piece.part, corners_of(piece, cover, parts));
         let [a, b, c] = piece.places.map(|place| triangles[place as usize]);
         let [x, y, z] = piece.places.map(|place| cover.places[place as usize].at);
         let own = [

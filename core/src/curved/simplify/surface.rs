@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3Swizzles};
 use smallvec::SmallVec;
 
-use super::cover::{Cover, Part, Parts};
+use super::cover::{Cover, FLAT, Part, Parts};
 use super::plan::{Made, Plan, Side};
 use super::shared_curves::{CurveUse, Frame, RecordedPatch, levels_of};
 use crate::curved::levels::CurvedLevels;
@@ -43,10 +43,7 @@ impl Surface {
             },
             curve_of: vec![CurveUse::new(0, false); is_crease.len()],
             log_of: (0..patches.len() as u32).collect(),
-            covers: (0..)
-                .zip(topology.triangles())
-                .map(|(part, corners)| Cover::whole(part, *corners))
-                .collect(),
+            covers: Vec::with_capacity(patches.len()),
             parts: Parts::default(),
             log: Vec::with_capacity(3 * patches.len()),
             patch_count: patches.len(),
@@ -56,17 +53,7 @@ impl Surface {
         surface.take_curves(&patches, &is_crease);
         surface.parts.corners.clone_from(&surface.frame.positions);
         for (slot, patch) in (0..).zip(&patches) {
-            let part = match &input {
-                Input::Triangles => Part {
-                    points: patch.flat(),
-                    error: 0.0,
-                },
-                Input::Near(deviations) => Part {
-                    points: *patch,
-                    error: deviations[slot as usize],
-                },
-            };
-            surface.take_patch(slot, part, patch.points[CENTRE]);
+            surface.take_patch(slot, patch, &input);
         }
         surface
     }
@@ -88,19 +75,28 @@ impl Surface {
     }
 
     /// A model whose patches do not quite agree on what they share is not left without a word.
-    fn take_patch(&mut self, slot: u32, part: Part, centre: DVec3) {
+    fn take_patch(&mut self, slot: u32, given: &CubicPatch, input: &Input) {
         let corners = self.topology.triangles()[slot as usize];
         let curves = edges_of(slot).map(|edge| self.curve_of[edge as usize]);
+        let centre = given.points[CENTRE];
         let own = self.frame.patch(corners, curves, centre);
+        let (part, error) = match input {
+            Input::Triangles => (FLAT, own.deviation(&own.flat())),
+            Input::Near(deviations) => {
+                let error = deviations[slot as usize];
+                self.parts.curved.push(Part { points: *given, error });
+                (slot, own.deviation(given) + error)
+            }
+        };
+        self.covers.push(Cover::whole(part, corners));
         self.log.push(RecordedPatch {
             centre,
-            error: own.deviation(&part.points) + part.error,
+            error,
             corners,
             curves,
             born: 0,
             died: u32::MAX,
         });
-        self.parts.parts.push(part);
     }
 
     pub(super) fn curve(&self, edge: u32) -> CurveUse {
