@@ -9,10 +9,13 @@
 //! | `/{name}/layer.json` | what CesiumJS asks first |
 //! | `/{name}/{z}/{x}/{y}.terrain` | quantized-mesh 1.0, normals on request |
 //! | `/{name}/{z}/{x}/{y}.spt` | our own tile, by byte ranges where asked |
+//! | `/curved.html?model={name}` | the viewer of curved models |
+//! | `/{name}/curved.clod` | curved levels of detail |
 //!
 //! Errors are one sentence of JSON: `{"error": "…"}`; 400 for what no archive could have, 404 for what these do not have.
 
 mod answer;
+pub mod curved;
 mod page;
 mod tileset;
 

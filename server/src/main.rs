@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::Parser;
+use terrain_server::curved::{self, CurvedFile};
 use terrain_server::{Tileset, router};
 use tokio::net::TcpListener;
 
@@ -23,7 +24,7 @@ use tokio::net::TcpListener;
         Exit codes: 0 after Ctrl-C, 2 when an archive cannot be read or the address cannot be listened on."
 )]
 struct Arguments {
-    /// Archives to serve, each under its file name without its ending.
+    /// Archives to serve, and .clod files, each under its file name without its ending.
     #[arg(required = true, value_name = "ARCHIVE")]
     archives: Vec<PathBuf>,
 
@@ -44,7 +45,16 @@ async fn main() -> ExitCode {
 }
 
 async fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let tilesets = open(&arguments.archives)?;
+    let (models, archives): (Vec<PathBuf>, Vec<PathBuf>) = arguments
+        .archives
+        .iter()
+        .cloned()
+        .partition(|path| CurvedFile::is_one(path));
+    let models = models
+        .iter()
+        .map(|path| CurvedFile::open(path))
+        .collect::<Result<Vec<_>, _>>()?;
+    let tilesets = open(&archives)?;
     let listener = TcpListener::bind(arguments.listen)
         .await
         .with_context(|| format!("cannot listen on {}", arguments.listen))?;
@@ -52,8 +62,11 @@ async fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for tileset in &tilesets {
         println!("{}: http://{address}/{}/layer.json", tileset.name, tileset.name);
     }
+    for CurvedFile { name, .. } in &models {
+        println!("{name}: http://{address}/curved.html?model={name}");
+    }
     println!("http://{address}/");
-    axum::serve(listener, router(tilesets))
+    axum::serve(listener, router(tilesets).merge(curved::router(models)))
         .with_graceful_shutdown(asked_to_stop())
         .await?;
     Ok(())

@@ -12,6 +12,7 @@ use glam::DVec3;
 use serde_json::Value;
 use tempfile::TempDir;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
+use terrain_server::curved::{self, CurvedFile};
 use terrain_server::{Tileset, router};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
@@ -417,4 +418,18 @@ async fn a_damaged_tile_is_the_servers_fault_and_does_not_stop_it() {
     let error = reply.json()["error"].as_str().unwrap().to_owned();
     assert!(error.starts_with("tile 1/2/1 of “square”: "), "{error}");
     assert_eq!(service.get("/square/1/0/0.terrain").await.status, StatusCode::OK);
+}
+
+#[tokio::test]
+async fn curved_models_are_served_as_they_are() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("web/test/torus.clod");
+    let file = CurvedFile::open(&path).unwrap();
+    let mut service = Service::new();
+    service.router = service.router.merge(curved::router(vec![file]));
+    let reply = service.get("/torus/curved.clod").await;
+    assert_eq!(reply.status, StatusCode::OK);
+    assert_eq!(reply.body, std::fs::read(&path).unwrap());
+    assert_eq!(service.get("/square/curved.clod").await.status, StatusCode::NOT_FOUND);
+    assert_eq!(service.get("/square/layer.json").await.status, StatusCode::OK);
+    assert!(CurvedFile::open(&path.with_file_name("page.test.mjs")).is_err());
 }

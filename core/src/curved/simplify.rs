@@ -42,6 +42,8 @@ use self::surface::Surface;
 use crate::curved::levels::CurvedLevels;
 use crate::curved::model::CurvedModel;
 use crate::curved::patch::{CENTRE, CubicPatch};
+use crate::curved::patterns::Ring;
+use crate::topology::half_edges::NONE;
 
 pub use self::state::Options;
 
@@ -312,8 +314,8 @@ impl Simplifier {
         is_more || turned > 0
     }
 
-    /// Turns edges away from vertices, until three are left at each (§8.2, Fig. 7), where that keeps the limit; how many.
-    /// Vertices around one that lost edges keep theirs.
+    /// Turns edges away from vertices, until as few are left as a pattern takes (§8.2, Fig. 7), where that keeps the limit; how
+    /// many. Vertices around one that lost edges keep theirs.
     fn reduce_degrees(&mut self, live: &[u32]) -> usize {
         let mut turned = 0;
         self.tags.fill(Tag::Undecided);
@@ -323,11 +325,9 @@ impl Simplifier {
                 continue;
             }
             let ring = self.surface.ring(vertex);
-            if ring.is_boundary() || ring.has_crease() {
-                continue;
-            }
+            let fewest = fewest_faces(&ring);
             let before = turned;
-            while self.surface.topology.leaving(vertex).count() > 3 && self.turn_one_of(vertex) {
+            while self.surface.topology.leaving(vertex).count() > fewest && self.turn_one_of(vertex) {
                 turned += 1;
             }
             if turned > before {
@@ -343,9 +343,19 @@ impl Simplifier {
     fn turn_one_of(&mut self, vertex: u32) -> bool {
         let edges: SmallVec<[u32; 8]> = self.surface.topology.leaving(vertex).collect();
         edges.into_iter().any(|edge| {
-            let plan = self.plan_swap(edge);
+            let is_inside = self.surface.topology.twin(edge) != NONE && !self.surface.is_crease(edge);
+            let plan = is_inside.then(|| self.plan_swap(edge)).flatten();
             plan.is_some_and(|plan| self.attempt(&plan).is_ok())
         })
+    }
+}
+
+/// A star has three faces, T two, on each side that there is.
+fn fewest_faces(ring: &Ring) -> usize {
+    match (ring.is_boundary(), ring.has_crease()) {
+        (true, _) => 2,
+        (false, true) => 4,
+        (false, false) => 3,
     }
 }
 

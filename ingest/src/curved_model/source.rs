@@ -51,6 +51,10 @@ const NEAR_BY_SIDE: f64 = 1.0 / 1000.0;
 
 fn read_patches(path: &Path, max_error: Option<f64>) -> Result<CurvedModel, CurvedModelError> {
     let patches = bezier::read(File::open(path)?, BezierLimits::default())?;
+    let is_point = |patch: &TensorPatch| patch.points().all(|point| Some(point) == patch.points().next());
+    if let Some(index) = patches.iter().position(is_point) {
+        return Err(CurvedModelError::Point(index));
+    }
     let points = patches.iter().flat_map(TensorPatch::points);
     let near = match max_error {
         Some(error) => error * NEAR,
