@@ -6,7 +6,7 @@
 //! | --- | --- |
 //! | §4 triangular patches, de Casteljau's algorithm | [`patch`] |
 //! | §5.1 patches for triangles | [`fit`], with normals at their corners by [`corner_normals`] |
-//! | §5.2 patches for tensor-product patches | [`tensor`], turned to agree by `orientation` |
+//! | §5.2 patches for tensor-product patches | [`tensor`], halved in `strips`, made [`tensor_triangles`], turned to agree by `orientation` |
 //! | (heights on a grid as tensor-product patches) | [`height_patches`] |
 //! | §5 the model with its adjacency | [`model`] |
 //! | §6.1 mergeable edge pairs and patterns | [`patterns`] |
@@ -29,6 +29,8 @@ pub mod patch;
 mod patch_lattice;
 pub mod patterns;
 pub mod simplify;
+mod strips;
 pub mod tensor;
+pub mod tensor_triangles;
 mod tessellated_numbers;
 pub mod tessellation;

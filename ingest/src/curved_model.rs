@@ -8,8 +8,9 @@
 //!                                                                                                  tessellated
 //! ```
 //!
-//! **What is certified:** every point of level 0 is within a level's error of the level, and the other way round, in the model's
-//! units. Level 0 of a polygonal model passes through its vertices, and bends between them as its normals say.
+//! **What is certified:** every point of the triangles or patches that were read is within a level's error of the level, and the
+//! other way round, in the model's units. Level 0 of a polygonal model passes through its vertices, and bends between them as its
+//! normals say, by half an error that is asked for at most; tensor-product patches are cut until triangles are near to the pieces.
 
 mod drawn;
 mod error;
@@ -21,6 +22,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use glam::DVec3;
 use serde::Serialize;
 use serde_json::json;
 use terrain_core::curved::levels::CurvedLevels;
@@ -55,7 +57,7 @@ pub struct LevelReport {
     pub level: usize,
     /// Its patches.
     pub patches: usize,
-    /// Largest distance from level 0, both ways, in the model's units.
+    /// Largest distance from what was read, both ways, in the model's units.
     pub certified_error: f64,
 }
 
@@ -159,10 +161,12 @@ pub fn write(levels: &CurvedLevels, options: &Options, output: &Path, progress: 
         Form::Json => write_json(&mut out, levels)?,
         Form::Triangles(form) => {
             let level = chosen(levels, options)?;
-            let tolerance = options.tolerance.unwrap_or_else(|| longest_side(levels) / 1000.0);
+            let tolerance = options
+                .tolerance
+                .unwrap_or_else(|| longest_side(points(levels)) / 1000.0);
             let made = Tessellation::within(&levels.model(level), tolerance).map_err(CurvedModelError::from)?;
             let note = format!(
-                "terrain-ingest distance from level 0 at most {:e}",
+                "terrain-ingest distance from the model at most {:e}",
                 levels.error(level) + tolerance
             );
             drawn::write(&mut out, form, &made, &note)?;
@@ -201,7 +205,7 @@ fn leveled(input: &Path, options: &Options, progress: &Progress) -> Result<Curve
     if extension(input) == "clod" {
         return read_levels(input);
     }
-    let model = source::read(input, options.crease_angle, progress)?;
+    let model = source::read(input, options)?;
     progress.advance(1);
     let count = model.patches().len();
     let goal = simplify::Options {
@@ -251,7 +255,7 @@ pub const LATTICE_SHARE: f64 = 1.0 / 64.0;
 
 /// Bits of a lattice that takes a small share of the error that was asked for.
 fn bits(levels: &CurvedLevels, options: &Options) -> u32 {
-    let side = longest_side(levels);
+    let side = longest_side(points(levels));
     let is_enough = |bits: &u32| {
         options
             .max_error
@@ -262,12 +266,15 @@ fn bits(levels: &CurvedLevels, options: &Options) -> u32 {
         .unwrap_or(clod::MOST_BITS)
 }
 
-fn longest_side(levels: &CurvedLevels) -> f64 {
-    let points = levels.level(0).flat_map(|patch| patch.patch.points);
+fn longest_side(points: impl Iterator<Item = DVec3>) -> f64 {
     let both = points
         .map(|at| (at, at))
         .reduce(|(low, high), (a, b)| (low.min(a), high.max(b)));
     both.map_or(0.0, |(low, high)| (high - low).max_element())
+}
+
+fn points(levels: &CurvedLevels) -> impl Iterator<Item = DVec3> {
+    levels.level(0).flat_map(|patch| patch.patch.points)
 }
 
 fn report(levels: &CurvedLevels) -> Report {

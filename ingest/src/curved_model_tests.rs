@@ -101,7 +101,7 @@ fn an_error_is_kept_and_normals_look_outwards() {
 }
 
 #[test]
-fn patches_of_a_spline_surface_are_two_triangles_each() {
+fn patches_of_a_spline_surface_are_cut_until_two_triangles_each_are_near() {
     let row = |i: i32| {
         (0..4)
             .map(|j| format!("{i} {j} {}\n", (i * i - j) % 3))
@@ -110,12 +110,19 @@ fn patches_of_a_spline_surface_are_two_triangles_each() {
     let patch: String = (0..4).map(row).collect();
     let folder = in_folder(&format!("1\n{patch}"), "one.bez");
     let options = Options {
+        max_error: Some(100.0),
         level: Some(0),
         tolerance: Some(0.01),
         ..Options::default()
     };
     let report = made(&folder, "one.bez", &options, "one.json").unwrap();
     assert_eq!(report.levels[0].patches, 2);
+    let near = Options {
+        max_error: Some(0.01),
+        ..options
+    };
+    let cut = made(&folder, "one.bez", &near, "cut.json").unwrap();
+    assert!(cut.levels[0].patches > 30 && cut.levels[0].certified_error <= 0.01 / 8.0);
     let text = fs::read_to_string(folder.path().join("one.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     let patches = json["patches"].as_array().unwrap();

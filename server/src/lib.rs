@@ -13,6 +13,8 @@
 //! | `/{name}/terrarium.json`, `/{name}/mapbox.json` | TileJSON of raster tiles of heights, and below it the tiles |
 //! | `/docs`, `/openapi.json` | a page to try them on, and their description |
 //! | `/{name}/{z}/{x}/{y}.spt` | our own tile, by byte ranges where asked |
+//! | `/curved.html?model={name}` | the viewer of curved models |
+//! | `/{name}/curved.clod` | curved levels of detail |
 //!
 //! Errors are one sentence of JSON: `{"error": "…"}`; 400 for what no archive could have, 404 for what these do not have.
 
@@ -20,6 +22,7 @@ mod answer;
 mod bodies;
 mod catalogue;
 mod coding;
+mod curved;
 mod documentation;
 mod elevation;
 mod failure;
@@ -48,6 +51,7 @@ use tower_http::cors::{AllowOrigin, Any, CorsLayer};
 use tower_http::timeout::{RequestBodyTimeoutLayer, TimeoutLayer};
 
 pub use catalogue::Catalogue;
+pub use curved::CurvedFile;
 pub use listen::serve;
 pub use metrics::Metrics;
 pub use observe::ACCESS;
@@ -74,6 +78,7 @@ pub fn router(service: Arc<Shared>, settings: &Settings) -> Result<Router, heade
         .route("/metrics", get(observe::metrics))
         .route("/tilesets", get(tiles::list))
         .route("/{name}/layer.json", get(tiles::layer_json))
+        .route("/{name}/curved.clod", get(curved::file))
         .route("/{name}/{z}/{x}/{file}", get(tiles::tile))
         .merge(services)
         .merge(raster_dem::routes())

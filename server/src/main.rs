@@ -1,21 +1,18 @@
 //! `terrain-server`: see `--help`.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
 use clap::Parser;
-use terrain_server::{ACCESS, AccessLog, Catalogue, Given, Settings, Shared, router, serve};
+use terrain_server::{ACCESS, AccessLog, Catalogue, CurvedFile, Given, Settings, Shared, router, serve};
 use tokio::net::TcpListener;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing_appender::non_blocking::WorkerGuard;
 use tracing_subscriber::filter::{LevelFilter, filter_fn};
 use tracing_subscriber::prelude::*;
-
-/// A fifth of a small answer's time goes into memory with the system's allocator.
-#[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 #[tokio::main]
 async fn main() -> ExitCode {
@@ -33,7 +30,16 @@ async fn run(given: &Given) -> anyhow::Result<()> {
     // From here on signals are heard, and wait until somebody asks for them.
     let look = signal(SignalKind::hangup())?;
     let stop = [SignalKind::interrupt(), SignalKind::terminate()].map(signal);
-    let catalogue = Catalogue::open(settings.archives.clone())?;
+    let (models, archives): (Vec<PathBuf>, Vec<PathBuf>) = settings
+        .archives
+        .iter()
+        .cloned()
+        .partition(|path| CurvedFile::is_one(path));
+    let models = models
+        .iter()
+        .map(|path| CurvedFile::open(path))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let catalogue = Catalogue::open(archives)?;
     if let Some(name) = catalogue.twin() {
         bail!("two archives are called “{name}”; rename one");
     }
@@ -41,10 +47,13 @@ async fn run(given: &Given) -> anyhow::Result<()> {
         .await
         .with_context(|| format!("cannot listen on {}", settings.listen))?;
     let address = format!("http://{}{}", listener.local_addr()?, settings.base_path);
-    let service = Shared::new(catalogue, &settings);
+    let service = Shared::new(catalogue, models, &settings);
     let router = router(Arc::clone(&service), &settings)?;
     for name in service.catalogue.names() {
         println!("{name}: {address}/{name}/layer.json");
+    }
+    for CurvedFile { name, .. } in &service.models {
+        println!("{name}: {address}/curved.html?model={name}");
     }
     println!("{address}/");
     let _written_at_the_end = start_logs(settings.access_log);

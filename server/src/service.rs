@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::bodies::Bodies;
 use crate::catalogue::Catalogue;
+use crate::curved::CurvedFile;
 use crate::failure::Failure;
 use crate::heights::Heights;
 use crate::metrics::Metrics;
@@ -18,6 +19,8 @@ pub(crate) type Service = Arc<Shared>;
 pub struct Shared {
     /// The archives.
     pub catalogue: Arc<Catalogue>,
+    /// Curved models.
+    pub models: Vec<CurvedFile>,
     /// The figures.
     pub metrics: Metrics,
     pub(crate) bodies: Bodies,
@@ -29,11 +32,12 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// A server of `catalogue`.
+    /// A server of the archives of `catalogue`, and of curved models.
     #[must_use]
-    pub fn new(catalogue: Catalogue, settings: &Settings) -> Arc<Self> {
+    pub fn new(catalogue: Catalogue, models: Vec<CurvedFile>, settings: &Settings) -> Arc<Self> {
         Arc::new(Self {
             catalogue: Arc::new(catalogue),
+            models,
             metrics: Metrics::default(),
             bodies: Bodies::new(settings.cache << 20),
             heights: Heights::default(),

@@ -13,7 +13,7 @@ use glam::DVec3;
 use serde_json::Value;
 use tempfile::TempDir;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
-use terrain_server::{Catalogue, Settings, Shared, router};
+use terrain_server::{Catalogue, CurvedFile, Settings, Shared, router};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
 use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode, validate};
@@ -143,11 +143,15 @@ impl Service {
     }
 
     fn with(settings: Settings) -> Self {
+        Self::of(Vec::new(), settings)
+    }
+
+    fn of(models: Vec<CurvedFile>, settings: Settings) -> Self {
         let folder = tempfile::tempdir().unwrap();
         write_archive(&folder.path().join("square.pmtiles"));
         let catalogue = Catalogue::open(vec![folder.path().to_owned()]).unwrap();
         Self {
-            router: router(Shared::new(catalogue, &settings), &settings).unwrap(),
+            router: router(Shared::new(catalogue, models, &settings), &settings).unwrap(),
             folder,
         }
     }
@@ -848,4 +852,17 @@ async fn raster_tiles_have_the_heights_of_the_surface_and_ground_under_voids() {
     ] {
         assert_eq!(service.get(path).await.status.as_u16(), status, "{path}");
     }
+}
+
+#[tokio::test]
+async fn curved_models_are_served_as_they_are() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("web/test/torus.clod");
+    let file = CurvedFile::open(&path).unwrap();
+    let service = Service::of(vec![file], Settings::default());
+    let reply = service.get("/torus/curved.clod").await;
+    assert_eq!(reply.status, StatusCode::OK);
+    assert_eq!(reply.body, fs::read(&path).unwrap());
+    assert_eq!(service.get("/square/curved.clod").await.status, StatusCode::NOT_FOUND);
+    assert_eq!(service.get("/square/layer.json").await.status, StatusCode::OK);
+    assert!(CurvedFile::open(&path.with_file_name("page.test.mjs")).is_err());
 }

@@ -5,7 +5,7 @@
 //! so that extracting it looks at about as many patches as it has, whatever came before.
 
 use crate::curved::curve_twins;
-use crate::curved::model::CurvedModel;
+use crate::curved::model::{CurvedModel, Input};
 use crate::curved::patch::CubicPatch;
 use crate::topology::half_edges::HalfEdges;
 
@@ -79,6 +79,7 @@ impl CurvedLevels {
             patches,
             topology: HalfEdges::with_twins(vertices.len(), corners, twins),
             is_crease: shown.iter().flat_map(|patch| patch.creases).collect(),
+            input: Input::Near(shown.iter().map(|patch| patch.error).collect()),
         }
     }
 

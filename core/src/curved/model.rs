@@ -10,7 +10,9 @@ use crate::curved::curve_twins;
 use crate::curved::fit::{self, Refined, SAME_NORMAL, Tangent};
 use crate::curved::orientation;
 use crate::curved::patch::{CENTRE, CubicPatch};
-use crate::curved::tensor::{self, Bicubic};
+use crate::curved::strips;
+use crate::curved::tensor::{Bicubic, TensorPatch};
+use crate::curved::tensor_triangles::{self, NearTriangle};
 use crate::mesh::Mesh;
 use crate::topology::connectivity::Connectivity;
 use crate::topology::half_edges::{HalfEdges, NONE, edges_of, next, previous};
@@ -23,6 +25,16 @@ pub struct CurvedModel {
     pub(crate) topology: HalfEdges,
     /// For each half-edge whether the surface has no common tangent plane along it.
     pub(crate) is_crease: Vec<bool>,
+    pub(crate) input: Input,
+}
+
+/// What the patches are held against.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Input {
+    /// The flat triangles between their corners.
+    Triangles,
+    /// Surfaces that each of them is so near to.
+    Near(Vec<f64>),
 }
 
 /// Why something is no model.
@@ -48,14 +60,18 @@ pub enum ModelError {
 const CREASE_COSINE: f64 = 0.866_025_403_784_438_6;
 
 impl CurvedModel {
-    /// One patch for each triangle (§5.1), both passes. `normals` has one for each corner of each triangle, of any length;
+    /// One patch for each triangle (§5.1), both passes, but no centre is moved farther than the curves bend. `normals` has one for each corner of each triangle, of any length;
     /// along an edge whose two triangles have different normals the surface keeps its crease.
     ///
     /// # Errors
     /// Where the triangles are no oriented manifold, or a normal is missing.
     pub fn from_mesh(mesh: &Mesh, normals: &[[DVec3; 3]]) -> Result<Self, ModelError> {
         let mut model = Self::first_pass(mesh, normals)?;
+        let first = model.patches.clone();
         model.refine_centres();
+        for (patch, first) in model.patches.iter_mut().zip(&first) {
+            patch.points[CENTRE] = held_centre(patch.points[CENTRE], first);
+        }
         Ok(model)
     }
 
@@ -78,7 +94,19 @@ impl CurvedModel {
             patches: patches.collect(),
             topology,
             is_crease,
+            input: Input::Triangles,
         })
+    }
+
+    /// Bends patches of triangles back towards these where their control points are farther than `most` from where they would be
+    /// in flat ones.
+    pub fn bend_at_most(&mut self, most: f64) {
+        for patch in &mut self.patches {
+            let flat = patch.flat();
+            for (point, flat) in patch.points.iter_mut().zip(flat.points) {
+                *point = flat + (*point - flat).clamp_length_max(most);
+            }
+        }
     }
 
     /// Patches that are there already, and the vertices of each one's corners.
@@ -101,34 +129,62 @@ impl CurvedModel {
         manifold::check_stars(&Connectivity::new(&mesh))?;
         Ok(Self {
             is_crease: vec![false; 3 * patches.len()],
+            input: Input::Near(vec![0.0; patches.len()]),
             topology: HalfEdges::new(count, mesh.triangles),
             patches,
         })
     }
 
-    /// Two patches for each bicubic one (§5.2), both passes of §5.1 for their centres. Bicubic ones that are the other way round
-    /// than their neighbours are turned, and all of them where a closed surface is inside out. Patches meet where they have a
-    /// whole boundary curve in common, exactly. A curve that is one point, as at a pole, meets nothing;
-    /// nor do more than two that are the same.
+    /// Two patches for each piece of a tensor-product one (§5.2), or one where a side is a point: pieces of halves and quarters,
+    /// so small that patches are within `tolerance` of them, or as near as limits allow; patches know how near. Tensor-product
+    /// patches that are the other way round than their neighbours are turned, and all of them where a closed surface is inside
+    /// out. Patches meet where they have a whole boundary curve in common, exactly; more than two that have do not.
     #[must_use]
-    pub fn from_bicubics(tensors: &[Bicubic]) -> Self {
-        let patches: Vec<CubicPatch> = orientation::oriented(tensors)
-            .iter()
-            .flat_map(tensor::triangles)
-            .collect();
-        let twins = twins_by_curve(&patches);
+    pub fn from_tensors(tensors: &[TensorPatch], tolerance: f64) -> Self {
+        let bicubics: Vec<Bicubic> = tensors.iter().map(|tensor| tensor.near_bicubic().0).collect();
+        let halvings = strips::halvings(tensors, &bicubics, tolerance);
+        let is_turned = orientation::to_turn(&bicubics);
+        let mut near: Vec<NearTriangle> = Vec::new();
+        let mut diagonals = Vec::new();
+        for ((tensor, halvings), is_turned) in tensors.iter().zip(halvings).zip(is_turned) {
+            for piece in tensor.halved(halvings) {
+                let piece = if is_turned { piece.transposed() } else { piece };
+                let (bicubic, deviation) = piece.near_bicubic();
+                let mut triangles = tensor_triangles::near_triangles(&bicubic);
+                triangles.iter_mut().for_each(|near| near.deviation += deviation);
+                if triangles.len() == 2 {
+                    let first = 3 * near.len() as u32;
+                    diagonals.push([first + 2, first + 3]);
+                }
+                near.extend(triangles);
+            }
+        }
+        Self::from_near_triangles(&near, &diagonals)
+    }
+
+    /// Bicubic patches as they are, none of them cut.
+    #[must_use]
+    pub fn from_bicubics(bicubics: &[Bicubic]) -> Self {
+        let tensors: Vec<TensorPatch> = bicubics.iter().map(TensorPatch::of_bicubic).collect();
+        Self::from_tensors(&tensors, f64::INFINITY)
+    }
+
+    /// `diagonals` are the half-edges on both sides of each diagonal. The two triangles there are as smooth as their patch is,
+    /// however far their diagonal is from it.
+    fn from_near_triangles(near: &[NearTriangle], diagonals: &[[u32; 2]]) -> Self {
+        let patches: Vec<CubicPatch> = near.iter().map(|near| near.patch).collect();
+        let twins = twins_by_curve(&patches, diagonals);
         let (vertex_count, corners) = vertices_of_fans(&twins);
         let mut model = Self {
-            is_crease: vec![false; twins.len()],
+            is_crease: Vec::new(),
             topology: HalfEdges::with_twins(vertex_count, corners, twins),
             patches,
+            input: Input::Near(near.iter().map(|near| near.deviation).collect()),
         };
-        // The two triangles of one bicubic patch are as smooth as it is, however far their diagonal is from it.
-        let is_diagonal = |edge: u32, twin: u32| twin != NONE && twin / 6 == edge / 6;
-        model.is_crease = (0..model.is_crease.len() as u32)
-            .map(|edge| !is_diagonal(edge, model.topology.twin(edge)) && model.is_sharp(edge))
-            .collect();
-        model.refine_centres();
+        model.is_crease = (0..3 * near.len() as u32).map(|edge| model.is_sharp(edge)).collect();
+        for &edge in diagonals.as_flattened() {
+            model.is_crease[edge as usize] = false;
+        }
         model
     }
 
@@ -197,6 +253,13 @@ impl CurvedModel {
     }
 }
 
+/// A centre, no farther from that of the first pass than curves are from straight ones: planes that nearly agree may meet anywhere.
+fn held_centre(centre: DVec3, first: &CubicPatch) -> DVec3 {
+    let first_centre = first.points[CENTRE];
+    let bend = first.deviation(&first.flat());
+    first_centre + (centre - first_centre).clamp_length_max(bend)
+}
+
 fn unit_normals(mesh: &Mesh, normals: &[[DVec3; 3]]) -> Result<Vec<[DVec3; 3]>, ModelError> {
     if normals.len() != mesh.triangles.len() {
         return Err(ModelError::Count {
@@ -254,29 +317,19 @@ fn tangents(topology: &HalfEdges, normals: &[[DVec3; 3]]) -> Vec<[[Tangent; 2]; 
         .collect()
 }
 
-/// Patches meet where they have a whole curve in common, whichever vertices it joins.
-fn twins_by_curve(patches: &[CubicPatch]) -> Vec<u32> {
-    let paired = curve_twins::twins(&vec![[0; 3]; patches.len()], patches);
-    let twin = |(edge, twin): (u32, u32)| {
-        if twin == NONE {
-            lone_diagonal(edge, patches)
-        } else {
-            twin
+/// Patches meet where they have a whole curve in common, whichever vertices it joins. The diagonal inside a tensor-product patch
+/// joins its two triangles whatever else runs there.
+fn twins_by_curve(patches: &[CubicPatch], diagonals: &[[u32; 2]]) -> Vec<u32> {
+    let mut twins = curve_twins::twins(&vec![[0; 3]; patches.len()], patches);
+    for &[edge, across] in diagonals {
+        let curve = patches[edge as usize / 3].curve(edge as usize % 3);
+        let is_point = curve.iter().all(|point| *point == curve[0]);
+        if twins[edge as usize] == NONE && !is_point {
+            twins[edge as usize] = across;
+            twins[across as usize] = edge;
         }
-    };
-    (0..).zip(paired).map(twin).collect()
-}
-
-/// The diagonal inside a tensor-product patch joins its two triangles whatever else runs there.
-fn lone_diagonal(edge: u32, patches: &[CubicPatch]) -> u32 {
-    let other = match edge % 6 {
-        2 => edge + 1,
-        3 => edge - 1,
-        _ => return NONE,
-    };
-    let curve = patches[edge as usize / 3].curve(edge as usize % 3);
-    let is_point = curve.iter().all(|point| *point == curve[0]);
-    if is_point { NONE } else { other }
+    }
+    twins
 }
 
 /// A vertex for each fan of triangles around a corner.

@@ -96,19 +96,28 @@ fn cone() -> Vec<Bicubic> {
     (0..4).map(patch).collect()
 }
 
-/// §9: two corners of a patch may be one point. There the surface meets nothing; everywhere else it does.
+/// §9: where a side of a bicubic patch is one point, as at a pole, one triangle has it as a corner, and the surface goes on round it.
 #[test]
-fn a_pole_is_a_boundary_of_no_length() {
+fn a_pole_is_a_vertex() {
     let model = CurvedModel::from_bicubics(&cone());
-    assert_eq!(model.patches().len(), 8);
+    assert_eq!(model.patches().len(), 4);
     assert_no_gaps(&model);
-    let lone: Vec<u32> = (0..24).filter(|&edge| model.topology.twin(edge) == NONE).collect();
-    assert_eq!(lone.len(), 8);
-    let is_point = |&&edge: &&u32| {
-        let curve = model.patches[edge as usize / 3].curve(edge as usize % 3);
-        curve.iter().all(|point| *point == curve[0])
-    };
-    assert_eq!(lone.iter().filter(is_point).count(), 4);
+    let lone = (0..12).filter(|&edge| model.topology.twin(edge) == NONE).count();
+    assert_eq!(lone, 4, "the rim alone");
+    let pole = model.corners()[0][0];
+    assert_eq!(model.topology.leaving(pole).count(), 4);
+}
+
+/// §9: where two sides that meet are one point, triangles are folded, and nothing is on the other side of what has no length.
+#[test]
+fn a_fold_is_a_boundary_of_no_length() {
+    let mut folded: Bicubic = [0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| DVec3::new(f64::from(i), f64::from(j), 0.0)));
+    folded[0] = [DVec3::ZERO; 4];
+    folded.iter_mut().for_each(|row| row[0] = DVec3::ZERO);
+    let model = CurvedModel::from_bicubics(&[folded]);
+    assert_eq!(model.patches().len(), 2);
+    assert_no_gaps(&model);
+    assert_eq!(model.neighbours(0), [None, None, Some(1)]);
 }
 
 /// §9: between the same two vertices there may be several edges. Two sheets with the same ends and different sides stay apart.

@@ -13,18 +13,18 @@ use crate::curved::tensor::Bicubic;
 /// Normals of a closed surface cancel out, those of a flat one sum up to its area. Below this share of it there is an outside.
 const CLOSED: f64 = 0.5;
 
-/// The same patches, some with rows and columns exchanged.
-pub(crate) fn oriented(tensors: &[Bicubic]) -> Vec<Bicubic> {
+/// Of which patches rows and columns are to be exchanged.
+pub(crate) fn to_turn(tensors: &[Bicubic]) -> Vec<bool> {
     let is_turned = turned_to_agree(&neighbours(tensors));
-    let agreeing = tensors.iter().zip(is_turned);
+    let agreeing = tensors.iter().zip(&is_turned);
     let agreeing: Vec<Bicubic> = agreeing
-        .map(|(tensor, is_turned)| if is_turned { transposed(tensor) } else { *tensor })
+        .map(|(tensor, is_turned)| if *is_turned { transposed(tensor) } else { *tensor })
         .collect();
-    if is_inside_out(&agreeing) {
-        agreeing.iter().map(transposed).collect()
-    } else {
-        agreeing
-    }
+    let is_inside_out = is_inside_out(&agreeing);
+    is_turned
+        .into_iter()
+        .map(|is_turned| is_turned != is_inside_out)
+        .collect()
 }
 
 fn transposed(tensor: &Bicubic) -> Bicubic {
@@ -44,25 +44,44 @@ fn sides(p: &Bicubic) -> [[DVec3; 4]; 4] {
 
 /// For each patch those that meet it along a side, and whether they run along it the same way, which they should not.
 fn neighbours(tensors: &[Bicubic]) -> Vec<Vec<(usize, bool)>> {
-    let mut uses: BTreeMap<[[u64; 3]; 4], Vec<(usize, bool)>> = BTreeMap::new();
-    for (index, tensor) in tensors.iter().enumerate() {
-        for side in sides(tensor) {
+    let mut neighbours = vec![Vec::new(); tensors.len()];
+    for [one, other] in meetings(tensors) {
+        let is_same_way = one.is_reversed == other.is_reversed;
+        neighbours[one.patch].push((other.patch, is_same_way));
+        neighbours[other.patch].push((one.patch, is_same_way));
+    }
+    neighbours
+}
+
+/// A side of a patch.
+#[derive(Clone, Copy)]
+pub(crate) struct Side {
+    pub(crate) patch: usize,
+    /// Counter-clockwise from v = 0: even ones run along u, odd ones along v.
+    pub(crate) number: usize,
+    is_reversed: bool,
+}
+
+/// Sides that are one curve, of two patches or of one.
+pub(crate) fn meetings(tensors: &[Bicubic]) -> Vec<[Side; 2]> {
+    let mut uses: BTreeMap<[[u64; 3]; 4], Vec<Side>> = BTreeMap::new();
+    for (patch, tensor) in tensors.iter().enumerate() {
+        for (number, side) in sides(tensor).into_iter().enumerate() {
             let (curve, is_reversed) = canonical(side.map(|point| point + DVec3::ZERO));
             let has_direction = curve[0] != curve[3] || curve[1] != curve[2];
             if has_direction {
                 let key = curve.map(|point| point.to_array().map(f64::to_bits));
-                uses.entry(key).or_default().push((index, is_reversed));
+                let side = Side {
+                    patch,
+                    number,
+                    is_reversed,
+                };
+                uses.entry(key).or_default().push(side);
             }
         }
     }
-    let mut neighbours = vec![Vec::new(); tensors.len()];
-    for both in uses.values() {
-        if let [(one, way), (other, other_way)] = *both.as_slice() {
-            neighbours[one].push((other, way == other_way));
-            neighbours[other].push((one, way == other_way));
-        }
-    }
-    neighbours
+    let pairs = uses.into_values().filter_map(|uses| <[Side; 2]>::try_from(uses).ok());
+    pairs.collect()
 }
 
 /// Which patches to turn, the fewer of each part that hangs together. A surface with one side stays cut somewhere.

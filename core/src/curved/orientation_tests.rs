@@ -61,8 +61,8 @@ fn an_open_sheet_keeps_the_side_that_most_of_its_patches_have() {
     };
     let up = [0.0, 3.0, 6.0].map(patch);
     let down = up.map(|tensor| transposed(&tensor));
-    assert_eq!(oriented(&up), up);
-    assert_eq!(oriented(&down), down);
-    assert_eq!(oriented(&[up[0], down[1], up[2]]), up);
-    assert_eq!(oriented(&[down[0], up[1], down[2]]), down);
+    assert_eq!(to_turn(&up), [false; 3]);
+    assert_eq!(to_turn(&down), [false; 3]);
+    assert_eq!(to_turn(&[up[0], down[1], up[2]]), [false, true, false]);
+    assert_eq!(to_turn(&[down[0], up[1], down[2]]), [false, true, false]);
 }

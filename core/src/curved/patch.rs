@@ -63,6 +63,11 @@ impl CubicPatch {
         once(&twice(&self.points, at), at)
     }
 
+    /// The blossom: the centre of the part over the triangle of three places.
+    pub(crate) fn blossom(&self, [x, y, z]: [DVec3; 3]) -> DVec3 {
+        blend(once(&twice(&self.points, x), y), z)
+    }
+
     /// The same patch with corners B, C, A.
     #[must_use]
     pub fn rotated(&self) -> Self {
@@ -121,6 +126,20 @@ impl CubicPatch {
     #[must_use]
     pub fn curve(&self, index: usize) -> [DVec3; 4] {
         CURVES[index].map(|point| self.points[point])
+    }
+
+    /// The flat triangle between the corners, as a patch.
+    #[must_use]
+    pub fn flat(&self) -> Self {
+        Self::flat_between(CORNERS.map(|corner| self.points[corner]))
+    }
+
+    /// A flat triangle as a patch.
+    #[must_use]
+    pub fn flat_between([a, b, c]: [DVec3; 3]) -> Self {
+        let third = |near: DVec3, far: DVec3| (2.0 * near + far) / 3.0;
+        let curves = [[a, b], [b, c], [c, a]].map(|[from, to]| [third(from, to), third(to, from)]);
+        Self::from_curves([a, b, c], curves, (a + b + c) / 3.0)
     }
 
     /// The largest distance between control points of the same number. No two points of the patches with the same

@@ -18,12 +18,13 @@
 //!
 //! **What holds after every plan:** patches meet as before, to the bit, since they share their curves; the surface is a manifold
 //! of the same topology, no two of its vertices joined by a new second edge; every patch's error bounds its distance from the
-//! part of the model it stands for, both ways ([`pieces`]). A patch whose normals turn farther than
+//! part of the model it stands for, both ways ([`cover`]). A patch whose normals turn farther than
 //! [`Options::least_cosine`] from its chord triangle's does not arise, nor one with a longer side than
 //! [`Options::longest_side`].
 
+mod cover;
 mod curves;
-mod pieces;
+mod nearest;
 mod plan;
 mod search;
 mod shared_curves;
@@ -33,7 +34,6 @@ mod surface;
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use self::pieces::Piece;
 use self::plan::{Made, Plan, Side, Tag, Target};
 use self::search::{Reach, is_star};
 use self::shared_curves::CurveUse;
@@ -42,6 +42,8 @@ use self::surface::Surface;
 use crate::curved::levels::CurvedLevels;
 use crate::curved::model::CurvedModel;
 use crate::curved::patch::{CENTRE, CubicPatch};
+use crate::curved::patterns::Ring;
+use crate::topology::half_edges::NONE;
 
 pub use self::state::Options;
 
@@ -223,13 +225,13 @@ impl Simplifier {
 
     /// Makes all patches of a plan, or tells what the first that is not allowed has for an error.
     fn make(&mut self, plan: &Plan) -> Result<Vec<Made>, f64> {
-        let part_count = self.surface.parts.len();
+        let counts = self.surface.parts.counts();
         let made = plan.sides.iter().try_fold(Vec::new(), |mut made, side| {
             self.make_side(plan, side, &mut made)?;
             Ok(made)
         });
         if made.is_err() {
-            self.surface.parts.truncate(part_count);
+            self.surface.parts.truncate(counts);
         }
         made
     }
@@ -243,27 +245,23 @@ impl Simplifier {
         let mut samples: SmallVec<[Vec<(DVec3, DVec3)>; 2]> =
             side.targets.iter().map(|_| Vec::with_capacity(28)).collect();
         for (slot, cell) in side.slots.iter().zip(&side.cells) {
-            pieces::samples(&self.surface.patch_at(3 * slot), cell, &mut samples);
+            nearest::samples(&self.surface.patch_at(3 * slot), cell, &mut samples);
         }
         for (patch, samples) in patches.iter().zip(&samples) {
-            let rough = pieces::rough_error(*patch, samples);
+            let rough = nearest::rough_error(*patch, samples);
             if rough > self.limit {
                 return Err(rough);
             }
         }
-        let mut carried: SmallVec<[Vec<Piece>; 2]> = side.targets.iter().map(|_| Vec::new()).collect();
-        let Surface { pieces, parts, .. } = &mut self.surface;
-        for (slot, cell) in side.slots.iter().zip(&side.cells) {
-            for piece in &pieces[*slot as usize] {
-                cell.carry(piece, parts, &mut carried);
-            }
-        }
-        for (without, mut pieces) in patches.into_iter().zip(carried) {
-            let (patch, error) = pieces::fit(without, &mut pieces, parts, self.limit, &mut self.scratch)?;
+        let Surface { covers, parts, .. } = &mut self.surface;
+        let faces = side.slots.iter().map(|&slot| &covers[slot as usize]).zip(&side.cells);
+        let covers = self.carrier.carried(faces, side.targets.len(), parts);
+        for (without, mut cover) in patches.into_iter().zip(covers) {
+            let (patch, error) = nearest::fit(without, &mut cover, parts, self.limit, &mut self.scratch)?;
             made.push(Made {
                 centre: patch.points[CENTRE],
                 error,
-                pieces,
+                cover,
             });
         }
         Ok(())
@@ -316,8 +314,8 @@ impl Simplifier {
         is_more || turned > 0
     }
 
-    /// Turns edges away from vertices, until three are left at each (§8.2, Fig. 7), where that keeps the limit; how many.
-    /// Vertices around one that lost edges keep theirs.
+    /// Turns edges away from vertices, until as few are left as a pattern takes (§8.2, Fig. 7), where that keeps the limit; how
+    /// many. Vertices around one that lost edges keep theirs.
     fn reduce_degrees(&mut self, live: &[u32]) -> usize {
         let mut turned = 0;
         self.tags.fill(Tag::Undecided);
@@ -327,11 +325,9 @@ impl Simplifier {
                 continue;
             }
             let ring = self.surface.ring(vertex);
-            if ring.is_boundary() || ring.has_crease() {
-                continue;
-            }
+            let fewest = fewest_faces(&ring);
             let before = turned;
-            while self.surface.topology.leaving(vertex).count() > 3 && self.turn_one_of(vertex) {
+            while self.surface.topology.leaving(vertex).count() > fewest && self.turn_one_of(vertex) {
                 turned += 1;
             }
             if turned > before {
@@ -347,9 +343,19 @@ impl Simplifier {
     fn turn_one_of(&mut self, vertex: u32) -> bool {
         let edges: SmallVec<[u32; 8]> = self.surface.topology.leaving(vertex).collect();
         edges.into_iter().any(|edge| {
-            let plan = self.plan_swap(edge);
+            let is_inside = self.surface.topology.twin(edge) != NONE && !self.surface.is_crease(edge);
+            let plan = is_inside.then(|| self.plan_swap(edge)).flatten();
             plan.is_some_and(|plan| self.attempt(&plan).is_ok())
         })
+    }
+}
+
+/// A star has three faces, T two, on each side that there is.
+fn fewest_faces(ring: &Ring) -> usize {
+    match (ring.is_boundary(), ring.has_crease()) {
+        (true, _) => 2,
+        (false, true) => 4,
+        (false, false) => 3,
     }
 }
 

@@ -101,7 +101,13 @@ fn no_level_is_farther_from_the_model_than_certified() {
     let mut random = fastrand::Rng::with_seed(7);
     for is_closed in [false, true] {
         let model = bumpy(&mut random, is_closed);
-        let (given, given_facets) = (points(&model, 3), facets(&model, 6));
+        let given_facets: Vec<[DVec3; 3]> = model
+            .patches
+            .iter()
+            .map(|patch| CORNERS.map(|corner| patch.points[corner]))
+            .collect();
+        let flat = model.patches.iter().flat_map(|patch| grid(&patch.flat(), 3));
+        let given: Vec<DVec3> = flat.flatten().collect();
         let levels = simplify(model, &Options::default(), |_| ());
         let last = levels.len() - 1;
         assert!(levels.patch_count(last) * 2 < levels.patch_count(0));
@@ -175,7 +181,7 @@ fn every_level_is_whole() {
         let topology = assert_whole(&model);
         let count = model.patches.len();
         let levels = simplify(model, &Options::default(), |_| ());
-        assert_eq!((levels.patch_count(0), levels.error(0)), (count, 0.0));
+        assert_eq!(levels.patch_count(0), count);
         let counts: Vec<usize> = (0..levels.len()).map(|level| levels.patch_count(level)).collect();
         assert!(
             counts.is_sorted_by(|a, b| a >= b) && counts[counts.len() - 1] * 2 < count,
@@ -278,7 +284,10 @@ fn an_error_asked_for_is_kept_and_used() {
             max_error,
             ..Options::default()
         };
-        let levels = simplify(bumpy(&mut random, true), &options, |_| ());
+        let mut model = bumpy(&mut random, true);
+        model.bend_at_most(max_error / 2.0);
+        let levels = simplify(model, &options, |_| ());
+        assert!(levels.error(0) <= max_error * 0.51 && levels.error(0) > max_error * 0.3);
         let error = levels.error(levels.len() - 1);
         assert!(
             error <= max_error * (1.0 + 1e-9) && error > 0.7 * max_error,
@@ -419,6 +428,6 @@ fn a_plane_is_merged_exactly_by_swaps() {
         };
         let levels = simplify(rough(&mut random, false, 0.0), &options, |_| ());
         let last = levels.patch_count(levels.len() - 1);
-        assert!(last <= 24, "{last} patches are left");
+        assert!(last <= 8, "{last} patches are left");
     }
 }

@@ -1,5 +1,5 @@
-//! Tensor-product Bézier patches become pairs of cubic triangular ones (§5.2): those of a lower degree by elevation, those of
-//! a higher one by subdivision.
+//! Tensor-product Bézier patches, and what the paper makes of bicubic ones (§5.2): those of a lower degree become bicubic by
+//! elevation, those of a higher one nearly so, the more they are cut before.
 
 use glam::DVec3;
 use thiserror::Error;
@@ -54,6 +54,11 @@ impl TensorPatch {
         Ok(Self { points, columns })
     }
 
+    /// Control points, row by row.
+    pub fn points(&self) -> impl Iterator<Item = DVec3> {
+        self.points.iter().copied()
+    }
+
     /// Degrees along u and v.
     #[must_use]
     pub fn degrees(&self) -> [usize; 2] {
@@ -67,29 +72,61 @@ impl TensorPatch {
         split(&along_v, u).0[along_v.len() - 1]
     }
 
-    /// The patch as bicubic ones: itself where no degree is above three, and cut in `2^halvings` pieces both ways otherwise,
-    /// whose control points along a degree above three are those of a cubic with the same ends and tangents.
+    /// A bicubic patch.
     #[must_use]
-    pub fn bicubics(&self, halvings: u32) -> Vec<Bicubic> {
-        let mut pieces = vec![self.clone()];
-        if self.degrees().into_iter().max() > Some(3) {
-            for _ in 0..halvings {
-                pieces = pieces.iter().flat_map(Self::quarters).collect();
-            }
+    pub fn of_bicubic(bicubic: &Bicubic) -> Self {
+        Self {
+            points: bicubic.as_flattened().to_vec(),
+            columns: 4,
         }
-        pieces.iter().map(Self::as_bicubic).collect()
+    }
+
+    /// The pieces that halving the patch so often along u and along v makes of it.
+    #[must_use]
+    pub fn halved(&self, [along_u, along_v]: [u32; 2]) -> Vec<Self> {
+        let strips = halvings(self.transposed(), along_u);
+        strips
+            .into_iter()
+            .flat_map(|strip| halvings(strip.transposed(), along_v))
+            .collect()
+    }
+
+    /// The patch as a bicubic one, which along a degree above three has the ends and tangents of this one's control points; and
+    /// how far apart both are at most.
+    #[must_use]
+    pub fn near_bicubic(&self) -> (Bicubic, f64) {
+        let bicubic = self.as_bicubic();
+        if self.degrees().into_iter().all(|degree| degree <= 3) {
+            return (bicubic, 0.0);
+        }
+        let degrees = self.degrees().map(|degree| degree.max(3));
+        let [own, near] = [self, &Self::of_bicubic(&bicubic)].map(|patch| patch.elevated(degrees));
+        let distances = own.points.iter().zip(&near.points).map(|(a, b)| a.distance(*b));
+        (bicubic, distances.fold(0.0, f64::max))
+    }
+
+    /// The same patch with more control points.
+    fn elevated(&self, [along_u, along_v]: [usize; 2]) -> Self {
+        let rows = |patch: &Self, degree: usize| Self {
+            points: patch.rows().flat_map(|row| elevated(row, degree)).collect(),
+            columns: degree + 1,
+        };
+        rows(&rows(self, along_v).transposed(), along_u).transposed()
+    }
+
+    /// Rows as columns: the same surface seen from its other side.
+    #[must_use]
+    pub fn transposed(&self) -> Self {
+        let rows = self.points.len() / self.columns;
+        let column = |column: usize| self.points[column..].iter().step_by(self.columns).copied();
+        Self {
+            points: (0..self.columns).flat_map(column).collect(),
+            columns: rows,
+        }
     }
 
     fn rows(&self) -> impl Iterator<Item = &[DVec3]> {
         self.points.chunks_exact(self.columns)
-    }
-
-    /// Pieces over u below and above a half, and v below and above a half within each.
-    fn quarters(&self) -> [Self; 4] {
-        let [lower, upper] = self.transposed().halves_along_v();
-        let [a, b] = lower.transposed().halves_along_v();
-        let [c, d] = upper.transposed().halves_along_v();
-        [a, b, c, d]
     }
 
     fn halves_along_v(&self) -> [Self; 2] {
@@ -104,20 +141,26 @@ impl TensorPatch {
         ]
     }
 
-    fn transposed(&self) -> Self {
-        let rows = self.points.len() / self.columns;
-        let column = |column: usize| self.points[column..].iter().step_by(self.columns).copied();
-        Self {
-            points: (0..self.columns).flat_map(column).collect(),
-            columns: rows,
-        }
-    }
-
     fn as_bicubic(&self) -> Bicubic {
         let along_v: Vec<[DVec3; 4]> = self.rows().map(as_cubic).collect();
         let columns = [0, 1, 2, 3].map(|j| as_cubic(&along_v.iter().map(|row| row[j]).collect::<Vec<_>>()));
         [0, 1, 2, 3].map(|i| columns.map(|column| column[i]))
     }
+}
+
+fn halvings(patch: TensorPatch, along_v: u32) -> Vec<TensorPatch> {
+    (0..along_v).fold(vec![patch], |pieces, _| {
+        pieces.iter().flat_map(TensorPatch::halves_along_v).collect()
+    })
+}
+
+/// A Bézier curve with the control points of a higher degree.
+fn elevated(curve: &[DVec3], degree: usize) -> Vec<DVec3> {
+    (curve.len()..=degree).fold(curve.to_vec(), |curve, count| {
+        let between = (1..count).map(|place| curve[place].lerp(curve[place - 1], place as f64 / count as f64));
+        let ends = [curve[0], curve[count - 1]];
+        [ends[0]].into_iter().chain(between).chain([ends[1]]).collect()
+    })
 }
 
 /// Both parts of a Bézier curve of any degree.
@@ -133,11 +176,11 @@ fn split(curve: &[DVec3], t: f64) -> (Vec<DVec3>, Vec<DVec3>) {
     (left, right)
 }
 
-/// A curve of degree 1 to 3 exactly, one of a higher degree by its ends and tangents.
+/// A curve of degree 1 to 3 exactly, one of a higher degree by its ends and tangents; from either end the same, to the bit.
 fn as_cubic(curve: &[DVec3]) -> [DVec3; 4] {
     match *curve {
-        [a, b] => [a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b],
-        [a, b, c] => [a, a.lerp(b, 2.0 / 3.0), b.lerp(c, 1.0 / 3.0), c],
+        [a, b] => [a, (2.0 * a + b) / 3.0, (a + 2.0 * b) / 3.0, b],
+        [a, b, c] => [a, (a + 2.0 * b) / 3.0, (2.0 * b + c) / 3.0, c],
         [a, b, c, d] => [a, b, c, d],
         [a, b, .., c, d] => {
             let reach = (curve.len() - 1) as f64 / 3.0;
@@ -147,13 +190,15 @@ fn as_cubic(curve: &[DVec3]) -> [DVec3; 4] {
     }
 }
 
-/// The cubic that stands for the diagonal curve from P00 to P33, which is of degree six: Pᵢ = Σⱼ Pᵢⱼ Bⱼ(i/3).
+/// The cubic that the paper prints for the diagonal curve from P00 to P33, which is of degree six: Pᵢ = Σⱼ Pᵢⱼ Bⱼ(i/3). It leaves
+/// the surface's tangent planes, so that models are made of [`near_triangles`](super::tensor_triangles::near_triangles) instead.
 #[must_use]
 pub fn diagonal(tensor: &Bicubic) -> [DVec3; 4] {
     [0, 1, 2, 3].map(|i| split(&tensor[i], i as f64 / 3.0).0[3])
 }
 
-/// Patches with corners (P00, P30, P33) and (P00, P33, P03), whose centres are those of the first pass of §5.1.
+/// The patches of the paper: with corners (P00, P30, P33) and (P00, P33, P03), that diagonal, and the centres of the first pass
+/// of §5.1.
 #[must_use]
 pub fn triangles(tensor: &Bicubic) -> [CubicPatch; 2] {
     let p = tensor;

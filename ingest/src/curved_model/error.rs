@@ -24,6 +24,9 @@ pub enum CurvedModelError {
     /// The system says no.
     #[error("cannot be read")]
     Unreadable(#[from] io::Error),
+    /// All control points of a patch are one.
+    #[error("patch {0} is a single point")]
+    Point(usize),
     /// A polygonal model is at fault.
     #[error(transparent)]
     Polygons(#[from] polygonal_model::ModelError),

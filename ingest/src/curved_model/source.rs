@@ -7,19 +7,18 @@ use glam::DVec3;
 use terrain_core::Mesh;
 use terrain_core::curved::corner_normals;
 use terrain_core::curved::model::CurvedModel;
-use terrain_core::curved::tensor::Bicubic;
+use terrain_core::curved::tensor::TensorPatch;
 use terrain_tiles::formats::bezier::{self, BezierLimits};
 
-use super::CurvedModelError;
+use super::{CurvedModelError, Options, longest_side};
 use crate::polygonal_model::{extension, read_manifold};
-use crate::progress::Progress;
 
 /// An edge between triangles that meet at more than this is a crease where nobody says otherwise: 60°.
 const CREASE_ANGLE: f64 = std::f64::consts::FRAC_PI_3;
 /// Normals of a file that differ by less are one: half a degree.
 const SAME_NORMAL: f64 = 0.009;
-/// How often patches of a degree above three are halved each way.
-const HALVINGS: u32 = 2;
+/// Share of an error that is asked for that patches may bend away from their triangles.
+const MOST_BENT: f64 = 0.5;
 
 const PATCHES: [&str; 3] = ["bez", "bpt", "txt"];
 const POLYGONS: [&str; 6] = ["ply", "obj", "stl", "off", "gltf", "glb"];
@@ -31,35 +30,37 @@ pub(super) fn is_read(path: &Path) -> bool {
 }
 
 /// Reads a model, by its file's name.
-pub(super) fn read(
-    path: &Path,
-    crease_angle: Option<f64>,
-    progress: &Progress,
-) -> Result<CurvedModel, CurvedModelError> {
+pub(super) fn read(path: &Path, options: &Options) -> Result<CurvedModel, CurvedModelError> {
     match extension(path).as_str() {
-        patches if PATCHES.contains(&patches) => read_patches(path, progress),
+        patches if PATCHES.contains(&patches) => read_patches(path, options.max_error),
         polygons if POLYGONS.contains(&polygons) => {
             let (mesh, normals) = read_manifold(path)?;
-            let normals = corner_normals(&mesh, normals, crease_angle);
-            Ok(CurvedModel::from_mesh(&mesh, &normals)?)
+            let normals = corner_normals(&mesh, normals, options.crease_angle);
+            let mut model = CurvedModel::from_mesh(&mesh, &normals)?;
+            model.bend_at_most(options.max_error.map_or(f64::INFINITY, |error| error * MOST_BENT));
+            Ok(model)
         }
         _ => Err(CurvedModelError::Unknown),
     }
 }
 
-fn read_patches(path: &Path, progress: &Progress) -> Result<CurvedModel, CurvedModelError> {
+/// Patches are cut until triangles are so near to them: this share of an error that is asked for.
+const NEAR: f64 = 1.0 / 8.0;
+/// Where none is asked for, this share of the longest side.
+const NEAR_BY_SIDE: f64 = 1.0 / 1000.0;
+
+fn read_patches(path: &Path, max_error: Option<f64>) -> Result<CurvedModel, CurvedModelError> {
     let patches = bezier::read(File::open(path)?, BezierLimits::default())?;
-    let high = patches
-        .iter()
-        .filter(|patch| patch.degrees().into_iter().max() > Some(3))
-        .count();
-    if high > 0 {
-        progress.note(&format!(
-            "{high} patches of a degree above 3 are approximated by 16 of degree 3 each"
-        ));
+    let is_point = |patch: &TensorPatch| patch.points().all(|point| Some(point) == patch.points().next());
+    if let Some(index) = patches.iter().position(is_point) {
+        return Err(CurvedModelError::Point(index));
     }
-    let bicubics: Vec<Bicubic> = patches.iter().flat_map(|patch| patch.bicubics(HALVINGS)).collect();
-    Ok(CurvedModel::from_bicubics(&bicubics))
+    let points = patches.iter().flat_map(TensorPatch::points);
+    let near = match max_error {
+        Some(error) => error * NEAR,
+        None => longest_side(points) * NEAR_BY_SIDE,
+    };
+    Ok(CurvedModel::from_tensors(&patches, near))
 }
 
 /// The file's normals, or those of the triangles where it has none at some corner, or where an angle for creases is given.

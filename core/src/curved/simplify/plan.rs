@@ -12,7 +12,7 @@
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-use super::pieces::{Cell, Map, Piece};
+use super::cover::{Cell, Cover, Map};
 use super::shared_curves::CurveUse;
 
 const X: DVec3 = DVec3::X;
@@ -71,7 +71,7 @@ pub(super) struct Target {
 pub(super) struct Made {
     pub(super) centre: DVec3,
     pub(super) error: f64,
-    pub(super) pieces: Vec<Piece>,
+    pub(super) cover: Cover,
 }
 
 /// How long a plan was, to go back to.

@@ -1,8 +1,8 @@
 //! What a simplifier of curved models is told, and what it knows.
 
-use glam::DVec3;
-
+use super::cover::Carrier;
 use super::curves::Candidates;
+use super::nearest::Scratch;
 use super::plan::Tag;
 use super::shared_curves::ROUNDING;
 use super::surface::Surface;
@@ -58,7 +58,8 @@ pub(super) struct Simplifier {
     pub(super) limit: f64,
     /// Vertices removed since the level began.
     pub(super) removed: usize,
-    pub(super) scratch: Vec<(DVec3, f64, f64)>,
+    pub(super) carrier: Carrier,
+    pub(super) scratch: Scratch,
 }
 
 impl Simplifier {
@@ -79,7 +80,8 @@ impl Simplifier {
             angle: options.angle,
             limit: ROUNDING * largest_coordinate,
             removed: usize::MAX,
-            scratch: Vec::new(),
+            carrier: Carrier::default(),
+            scratch: Scratch::default(),
         }
     }
 }

@@ -3,12 +3,12 @@
 use glam::{DVec3, Vec3Swizzles};
 use smallvec::SmallVec;
 
-use super::pieces::{Part, Piece};
+use super::cover::{Cover, FLAT, Part, Parts};
 use super::plan::{Made, Plan, Side};
 use super::shared_curves::{CurveUse, Frame, RecordedPatch, levels_of};
 use crate::curved::levels::CurvedLevels;
-use crate::curved::model::CurvedModel;
-use crate::curved::patch::CubicPatch;
+use crate::curved::model::{CurvedModel, Input};
+use crate::curved::patch::{CENTRE, CubicPatch};
 use crate::curved::patterns::Ring;
 use crate::topology::half_edges::{HalfEdges, NONE, edges_of, next, previous};
 
@@ -20,9 +20,8 @@ pub(super) struct Surface {
     /// Of each place for a patch: where it stands among all patches.
     log_of: Vec<u32>,
     /// Of each place: what its patch stands for.
-    pub(super) pieces: Vec<Vec<Piece>>,
-    /// All parts of the model that ever were a piece.
-    pub(super) parts: Vec<Part>,
+    pub(super) covers: Vec<Cover>,
+    pub(super) parts: Parts,
     /// All patches that ever were.
     log: Vec<RecordedPatch>,
     pub(super) patch_count: usize,
@@ -35,6 +34,7 @@ impl Surface {
             patches,
             topology,
             is_crease,
+            input,
         } = model;
         let mut surface = Self {
             frame: Frame {
@@ -43,16 +43,17 @@ impl Surface {
             },
             curve_of: vec![CurveUse::new(0, false); is_crease.len()],
             log_of: (0..patches.len() as u32).collect(),
-            pieces: (0..patches.len() as u32).map(|part| vec![Piece::whole(part)]).collect(),
-            parts: Vec::with_capacity(patches.len()),
+            covers: Vec::with_capacity(patches.len()),
+            parts: Parts::default(),
             log: Vec::with_capacity(3 * patches.len()),
             patch_count: patches.len(),
             level: 0,
             topology,
         };
         surface.take_curves(&patches, &is_crease);
+        surface.parts.corners.clone_from(&surface.frame.positions);
         for (slot, patch) in (0..).zip(&patches) {
-            surface.take_patch(slot, patch);
+            surface.take_patch(slot, patch, &input);
         }
         surface
     }
@@ -73,23 +74,29 @@ impl Surface {
         }
     }
 
-    fn take_patch(&mut self, slot: u32, given: &CubicPatch) {
-        let mut patch = RecordedPatch {
-            centre: given.points[4],
-            error: 0.0,
-            corners: self.topology.triangles()[slot as usize],
-            curves: edges_of(slot).map(|edge| self.curve_of[edge as usize]),
+    /// A model whose patches do not quite agree on what they share is not left without a word.
+    fn take_patch(&mut self, slot: u32, given: &CubicPatch, input: &Input) {
+        let corners = self.topology.triangles()[slot as usize];
+        let curves = edges_of(slot).map(|edge| self.curve_of[edge as usize]);
+        let centre = given.points[CENTRE];
+        let own = self.frame.patch(corners, curves, centre);
+        let (part, error) = match input {
+            Input::Triangles => (FLAT, own.deviation(&own.flat())),
+            Input::Near(deviations) => {
+                let error = deviations[slot as usize];
+                self.parts.curved.push(Part { points: *given, error });
+                (slot, own.deviation(given) + error)
+            }
+        };
+        self.covers.push(Cover::whole(part, corners));
+        self.log.push(RecordedPatch {
+            centre,
+            error,
+            corners,
+            curves,
             born: 0,
             died: u32::MAX,
-        };
-        // A model whose patches do not quite agree on what they share is not left without a word.
-        let points = self.frame.patch(patch.corners, patch.curves, patch.centre);
-        patch.error = points.deviation(given);
-        self.parts.push(Part {
-            points,
-            error: patch.error,
         });
-        self.log.push(patch);
     }
 
     pub(super) fn curve(&self, edge: u32) -> CurveUse {
@@ -172,7 +179,7 @@ impl Surface {
 
     fn bury(&mut self, slot: u32) {
         self.log[self.log_of[slot as usize] as usize].died = self.level;
-        self.pieces[slot as usize] = Vec::new();
+        self.covers[slot as usize] = Cover::default();
     }
 
     /// Puts what a side made to the places that are left of it.
@@ -211,11 +218,11 @@ impl Surface {
             born: self.level,
             died: u32::MAX,
         });
-        let mut pieces = made.pieces;
-        for piece in &mut pieces {
-            piece.at = piece.at.map(|at| turned(at, turn));
+        let mut cover = made.cover;
+        for place in &mut cover.places {
+            place.at = turned(place.at, turn);
         }
-        self.pieces[slot as usize] = pieces;
+        self.covers[slot as usize] = cover;
     }
 
     pub(super) fn into_levels(mut self) -> CurvedLevels {
