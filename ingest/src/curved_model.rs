@@ -32,6 +32,7 @@ use terrain_tiles::formats::clod::{self, CurvedLimits};
 use terrain_tiles::new_file::NewFile;
 
 pub use self::error::CurvedModelError;
+use self::source::longest_side;
 use crate::polygonal_model::extension;
 use crate::progress::Progress;
 
@@ -205,7 +206,7 @@ fn leveled(input: &Path, options: &Options, progress: &Progress) -> Result<Curve
     if extension(input) == "clod" {
         return read_levels(input);
     }
-    let model = source::read(input, options)?;
+    let model = source::read(input, options.max_error, options.crease_angle)?;
     progress.advance(1);
     let count = model.patches().len();
     let goal = simplify::Options {
@@ -264,13 +265,6 @@ fn bits(levels: &CurvedLevels, options: &Options) -> u32 {
     (FEWEST_BITS..clod::MOST_BITS)
         .find(is_enough)
         .unwrap_or(clod::MOST_BITS)
-}
-
-fn longest_side(points: impl Iterator<Item = DVec3>) -> f64 {
-    let both = points
-        .map(|at| (at, at))
-        .reduce(|(low, high), (a, b)| (low.min(a), high.max(b)));
-    both.map_or(0.0, |(low, high)| (high - low).max_element())
 }
 
 fn points(levels: &CurvedLevels) -> impl Iterator<Item = DVec3> {

@@ -155,7 +155,6 @@ fn files_that_disagree_where_they_overlap_are_named() {
     write(&path.join("a.asc"), [0, 0], [30, 20], |_, _| 100.0);
     write(&path.join("b.asc"), [20, 0], [30, 20], |_, _| 107.0);
     let said = told(path, &["a.asc", "b.asc", "-o", "out.pmtiles"]);
-    let expected =
-        "b.asc: 200 samples differ from those of files given before it, by up to 7 m; the earlier files' count";
+    let expected = "b.asc: 200 samples differ from those of files that count before it, by up to 7 m; beside these it is bent to meet them";
     assert!(said.contains(expected), "{said}");
 }

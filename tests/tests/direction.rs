@@ -57,7 +57,13 @@ const HOMES: [(&str, &[&str]); 18] = [
     // Programs: their errors and their command lines.
     (
         "anyhow",
-        &["ingest", "server/src/main.rs", "server/src/settings.rs", "tests"],
+        &[
+            "ingest",
+            "server/src/main.rs",
+            "server/src/settings.rs",
+            "server/src/curved.rs",
+            "tests",
+        ],
     ),
     (
         "clap",

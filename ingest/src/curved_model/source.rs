@@ -10,7 +10,7 @@ use terrain_core::curved::model::CurvedModel;
 use terrain_core::curved::tensor::TensorPatch;
 use terrain_tiles::formats::bezier::{self, BezierLimits};
 
-use super::{CurvedModelError, Options, longest_side};
+use super::error::CurvedModelError;
 use crate::polygonal_model::{extension, read_manifold};
 
 /// An edge between triangles that meet at more than this is a crease where nobody says otherwise: 60°.
@@ -29,15 +29,20 @@ pub(super) fn is_read(path: &Path) -> bool {
     PATCHES.iter().chain(&POLYGONS).any(|known| extension == *known)
 }
 
-/// Reads a model, by its file's name.
-pub(super) fn read(path: &Path, options: &Options) -> Result<CurvedModel, CurvedModelError> {
+/// Reads a model, by its file's name. Its patches bend, and are cut, as `max_error` asks for; from `crease_angle`, in radians, on an edge
+/// is a crease.
+pub(super) fn read(
+    path: &Path,
+    max_error: Option<f64>,
+    crease_angle: Option<f64>,
+) -> Result<CurvedModel, CurvedModelError> {
     match extension(path).as_str() {
-        patches if PATCHES.contains(&patches) => read_patches(path, options.max_error),
+        patches if PATCHES.contains(&patches) => read_patches(path, max_error),
         polygons if POLYGONS.contains(&polygons) => {
             let (mesh, normals) = read_manifold(path)?;
-            let normals = corner_normals(&mesh, normals, options.crease_angle);
+            let normals = corner_normals(&mesh, normals, crease_angle);
             let mut model = CurvedModel::from_mesh(&mesh, &normals)?;
-            model.bend_at_most(options.max_error.map_or(f64::INFINITY, |error| error * MOST_BENT));
+            model.bend_at_most(max_error.map_or(f64::INFINITY, |error| error * MOST_BENT));
             Ok(model)
         }
         _ => Err(CurvedModelError::Unknown),
@@ -71,4 +76,12 @@ fn corner_normals(mesh: &Mesh, given: Option<Vec<[DVec3; 3]>>, crease_angle: Opt
         Some(normals) => corner_normals::from_corners(mesh, &normals, SAME_NORMAL),
         None => corner_normals::from_triangles(mesh, crease_angle.unwrap_or(CREASE_ANGLE)),
     }
+}
+
+/// The longest side of the box around some points.
+pub(super) fn longest_side(points: impl Iterator<Item = DVec3>) -> f64 {
+    let both = points
+        .map(|at| (at, at))
+        .reduce(|(low, high), (a, b)| (low.min(a), high.max(b)));
+    both.map_or(0.0, |(low, high)| (high - low).max_element())
 }
