@@ -60,6 +60,8 @@ const BLEND: f64 = 5.0;
 const MOST_BLEND: f64 = 100.0;
 /// Cells that a void that is filled may be wide, if nothing else is asked for.
 const FILL: f64 = 40.0;
+/// How many times longer than wide cells may be where distances are told.
+const MOST_OBLONG: f64 = 4.0;
 /// Samples that are read for each one of a file from which on the person is told.
 const MANY: f64 = 100.0;
 
@@ -443,7 +445,7 @@ fn intersection(range: &Range<i64>, extent: &Range<usize>) -> Range<usize> {
 
 /// What heights are put together by, in metres: nothing on the Earth is known of local ground but its own.
 fn composition_rules(mosaic: &Mosaic, georeference: &GeoReference, reading: &Reading) -> composition::Rules {
-    let middle = DVec2::new(mosaic.columns as f64, mosaic.rows as f64) / 2.0;
+    let middle = DVec2::new((mosaic.columns - 1) as f64, (mosaic.rows - 1) as f64) / 2.0;
     let cell = match reading.pixel_size {
         Some(_) => DVec2::new(
             mosaic.to_crs.matrix2.x_axis.length(),
@@ -451,6 +453,8 @@ fn composition_rules(mosaic: &Mosaic, georeference: &GeoReference, reading: &Rea
         ),
         None => georeference.cell_metres(middle),
     };
+    // Next to a pole, cells are slivers: distances are then those of wider ones.
+    let cell = cell.max(DVec2::splat(cell.max_element() / MOST_OBLONG));
     let side = (cell.x * cell.y).sqrt();
     let blend = |place: &mosaic::Place| {
         reading

@@ -5,24 +5,16 @@ use std::path::Path;
 
 use anyhow::Context;
 use axum::body::Bytes;
-use axum::extract::{self, State};
-use axum::http::HeaderMap;
-use axum::response::Response;
 use terrain_tiles::formats::clod::{self, CurvedLimits};
 use twox_hash::XxHash3_128;
-
-use crate::answer::Description;
-use crate::coding::Coding;
-use crate::failure::Failure;
-use crate::service::Service;
 
 /// A file of curved levels and what it is called.
 pub struct CurvedFile {
     /// The file's name without its ending.
     pub name: String,
     /// Of its bytes.
-    tag: String,
-    bytes: Bytes,
+    pub(crate) tag: String,
+    pub(crate) bytes: Bytes,
 }
 
 impl CurvedFile {
@@ -46,19 +38,4 @@ impl CurvedFile {
             bytes: bytes.into(),
         })
     }
-}
-
-/// Request for a model's file.
-pub(crate) async fn file(
-    State(service): State<Service>,
-    extract::Path(name): extract::Path<String>,
-    headers: HeaderMap,
-) -> Result<Response, Failure> {
-    let file = service
-        .models
-        .iter()
-        .find(|file| file.name == name)
-        .ok_or_else(|| Failure::NotFound(format!("there is no curved model “{name}”")))?;
-    let description = Description::new("application/octet-stream", &file.tag, Coding::Identity);
-    Ok(description.respond(&headers, file.bytes.clone()))
 }

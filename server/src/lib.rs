@@ -78,7 +78,7 @@ pub fn router(service: Arc<Shared>, settings: &Settings) -> Result<Router, heade
         .route("/metrics", get(observe::metrics))
         .route("/tilesets", get(tiles::list))
         .route("/{name}/layer.json", get(tiles::layer_json))
-        .route("/{name}/curved.clod", get(curved::file))
+        .route("/{name}/curved.clod", get(tiles::curved))
         .route("/{name}/{z}/{x}/{file}", get(tiles::tile))
         .merge(services)
         .merge(raster_dem::routes())

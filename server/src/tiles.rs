@@ -51,6 +51,21 @@ pub(crate) async fn json_document(service: &Service, body: Bytes, headers: &Head
     Ok(description.respond(headers, body))
 }
 
+/// Request for a model's file.
+pub(crate) async fn curved(
+    State(service): State<Service>,
+    Path(name): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, Failure> {
+    let file = service
+        .models
+        .iter()
+        .find(|file| file.name == name)
+        .ok_or_else(|| Failure::NotFound(format!("there is no curved model “{name}”")))?;
+    let description = Description::new("application/octet-stream", &file.tag, Coding::Identity);
+    Ok(description.respond(&headers, file.bytes.clone()))
+}
+
 pub(crate) async fn tile(
     State(service): State<Service>,
     Path((name, z, x, file)): Path<(String, String, String, String)>,
