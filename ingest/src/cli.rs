@@ -501,8 +501,6 @@ pub(crate) enum OutsideName {
     /// Ground that goes on from the edge of the data without a wall, and comes down to the ellipsoid as far away as the data are
     /// wide.
     Extend,
-    /// Nothing: tiles end where the data do.
-    None,
 }
 
 impl From<OutsideName> for OutsidePolicy {
@@ -511,7 +509,6 @@ impl From<OutsideName> for OutsidePolicy {
             OutsideName::Ellipsoid => Self::Ellipsoid,
             OutsideName::Geoid => Self::Geoid,
             OutsideName::Extend => Self::Extend,
-            OutsideName::None => Self::None,
         }
     }
 }

@@ -277,7 +277,6 @@ impl<'a> Build<'a> {
         let provenance = self.raster.provenance();
         Ok(match self.options.outside {
             OutsidePolicy::Ellipsoid => Outside::Ellipsoid,
-            OutsidePolicy::None => Outside::None,
             OutsidePolicy::Extend => Outside::Extend {
                 field: outside::extended(&scheduler.tiles.outline(records)?, scheduler.jobs.plan.bounds),
             },

@@ -78,8 +78,6 @@ pub enum OutsidePolicy {
     Geoid,
     /// Ground that goes on from the edge of the data.
     Extend,
-    /// Nothing.
-    None,
 }
 
 /// How samples are read, where it is not as rasters say of themselves.

@@ -23,8 +23,6 @@ pub enum Outside {
         /// Heights around the data, 0 beyond.
         field: HeightField,
     },
-    /// Nothing: tiles have a surface where there are data.
-    None,
 }
 
 /// Heights on a grid of longitudes and latitudes, bilinear between its nodes.
@@ -42,7 +40,7 @@ impl Outside {
     /// Metres above the ellipsoid where nothing was measured.
     pub(crate) fn height(&self, longitude: f64, latitude: f64) -> f64 {
         match self {
-            Self::Ellipsoid | Self::None => 0.0,
+            Self::Ellipsoid => 0.0,
             Self::Geoid { field } | Self::Extend { field } => field.height(longitude, latitude),
         }
     }
@@ -83,7 +81,7 @@ impl Outside {
     /// Degrees between places at which it is worth to be asked.
     pub(crate) fn detail(&self) -> Option<f64> {
         match self {
-            Self::Ellipsoid | Self::None => None,
+            Self::Ellipsoid => None,
             Self::Geoid { field } | Self::Extend { field } => Some(field.steps()[0].min(field.steps()[1])),
         }
     }

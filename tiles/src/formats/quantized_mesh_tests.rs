@@ -633,14 +633,3 @@ fn ground_that_goes_on_meets_the_data_without_a_wall() {
         .filter(|triangle| plan_area(&walled.vertices, **triangle) == 0);
     assert!(walls.count() > 0);
 }
-
-#[test]
-fn without_an_outside_there_is_only_what_was_measured() {
-    let address = address(10, 300, 700);
-    let extent = 32_768.0;
-    let mesh = grid(&even(16, extent), &even(9, extent), hills, |column, _| column < 5);
-    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &Outside::None);
-    assert_eq!(quantized.measured_triangles, Some(quantized.triangles.len() as u32));
-    assert_eq!(quantized.triangles.len(), mesh.triangles.len());
-    assert!(QuantizedMesh::unmeasured(address, &Outside::None).triangles.is_empty());
-}

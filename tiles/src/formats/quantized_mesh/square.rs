@@ -68,8 +68,7 @@ pub(super) fn complete(
         return CompletedSquare::measured(points, triangles);
     }
     let height = |[u, v]: [u16; 2]| outside.height_in(address, [u, v], EXTENT);
-    let has_ground = !whole && *outside != Outside::None;
-    if has_ground {
+    if !whole {
         let cells = ground_cells(address, outside.detail());
         points.extend(ground_points(&outline, cells).map(|[u, v]| Point {
             u,
@@ -82,10 +81,10 @@ pub(super) fn complete(
     let (measured, ground) = faces
         .into_iter()
         .partition(|face| whole || outline.contains_middle(&points, *face));
-    match outside {
-        Outside::None => CompletedSquare::measured(points, measured),
-        _ if outside.meets_data() => CompletedSquare::beside(points, measured, ground),
-        _ => join(points, measured, ground, height),
+    if outside.meets_data() {
+        CompletedSquare::beside(points, measured, ground)
+    } else {
+        join(points, measured, ground, height)
     }
 }
 
