@@ -31,9 +31,8 @@ pub(crate) fn distances(marked: &[bool], columns: usize, cell: [f64; 2]) -> Vec<
         .collect()
 }
 
-/// The least of `squares[i] + (x − i · cell)²` over a row, its root at each x.
+/// The least of `squares[i] + ((x − i) · cell)²` over a row, its root at each x.
 fn along(squares: &[f64], cell: f64) -> Vec<f32> {
-    let position = |index: usize| index as f64 * cell;
     // Parabolas of the lower envelope, and from where on each is the lowest.
     let mut envelope: Vec<(usize, f64)> = Vec::new();
     for (index, &square) in squares.iter().enumerate().filter(|(_, square)| square.is_finite()) {
@@ -41,8 +40,9 @@ fn along(squares: &[f64], cell: f64) -> Vec<f32> {
             let Some(&(last, from)) = envelope.last() else {
                 break f64::NEG_INFINITY;
             };
-            let (a, b) = (position(last), position(index));
-            let crossing = (square + b * b - squares[last] - a * a) / (2.0 * (b - a));
+            // Differences of places alone, so that the same samples elsewhere in a row come to the same.
+            let apart = (index - last) as f64;
+            let crossing = last as f64 + apart / 2.0 + (square - squares[last]) / (2.0 * apart * cell * cell);
             if crossing > from {
                 break crossing;
             }
@@ -52,15 +52,21 @@ fn along(squares: &[f64], cell: f64) -> Vec<f32> {
     }
     let mut lowest = 0;
     let mut distance = |index: usize| {
-        let x = position(index);
-        while envelope.get(lowest + 1).is_some_and(|&(_, from)| from <= x) {
+        while envelope.get(lowest + 1).is_some_and(|&(_, from)| from <= index as f64) {
             lowest += 1;
         }
         envelope.get(lowest).map_or(f32::INFINITY, |&(parabola, _)| {
-            (squares[parabola] + (x - position(parabola)).powi(2)).sqrt() as f32
+            let across = index.abs_diff(parabola) as f64 * cell;
+            (squares[parabola] + across * across).sqrt() as f32
         })
     };
     (0..squares.len()).map(&mut distance).collect()
+}
+
+/// 1 at no distance, 0 from one on, level at both: a cubic.
+pub(crate) fn fading(distance: f64) -> f64 {
+    let left = (1.0 - distance).clamp(0.0, 1.0);
+    left * left * (3.0 - 2.0 * left)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod error;
 mod pole;
 mod projection;
 mod table;
+mod turns;
 
 use std::sync::Arc;
 
@@ -16,6 +17,7 @@ use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
 pub use error::GeoReferenceError;
 pub use projection::Crs;
 pub(crate) use projection::converted;
+pub(crate) use turns::nearest_turn;
 
 use pole::Pole;
 use projection::Projection;

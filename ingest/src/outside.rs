@@ -4,14 +4,16 @@
 //! tiles of a low zoom ─▶ vertices on the outline ─▶ means at nodes ─▶ spread, fading with the distance ─▶ field
 //! ```
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use glam::DVec3;
 use terrain_core::mesh::boundary_edges;
+use terrain_tiles::ellipsoid::Geodetic;
 use terrain_tiles::outside::HeightField;
 use terrain_tiles::tile::Tile;
 
-use crate::distances::distances;
+use crate::distances::{distances, fading};
+use crate::georeference::nearest_turn;
 use crate::spread::Values;
 
 /// Nodes along the longer side of the data.
@@ -33,17 +35,14 @@ pub(crate) fn outline_of(tile: &Tile) -> Vec<DVec3> {
         .into_iter()
         .filter(|&(a, b)| !is_on_side(mesh.positions[a as usize], mesh.positions[b as usize]))
         .flat_map(|(a, b)| [a, b]);
-    let numbers: HashSet<u32> = ends.collect();
-    let mut numbers: Vec<u32> = numbers.into_iter().collect();
-    numbers.sort_unstable();
+    let numbers: BTreeSet<u32> = ends.collect();
     let place = |number: u32| {
-        let at = mesh.positions[number as usize];
-        let degrees = |coordinate: f64| coordinate / extent * tile.address.degrees();
-        DVec3::new(
-            tile.address.west() + degrees(at.x),
-            tile.address.south() + degrees(at.y),
-            at.z,
-        )
+        let Geodetic {
+            longitude,
+            latitude,
+            height,
+        } = tile.geodetic(mesh.positions[number as usize]);
+        DVec3::new(longitude, latitude, height)
     };
     numbers.into_iter().map(place).collect()
 }
@@ -61,9 +60,9 @@ pub(crate) fn extended(outline: &[DVec3], bounds: [f64; 4]) -> HeightField {
     let mut sums = vec![(0.0, 0.0); columns * rows];
     for place in outline {
         // Longitudes of tiles are those of one turn, those of the data go on over the antimeridian.
-        let turns = ((place.x - f64::midpoint(west, east)) / 360.0).round();
-        let x = ((place.x - turns * 360.0 - low[0]) / steps[0]).round();
-        let y = ((place.y - low[1]) / steps[1]).round();
+        let at = nearest_turn(place.truncate(), f64::midpoint(west, east));
+        let x = ((at.x - low[0]) / steps[0]).round();
+        let y = ((at.y - low[1]) / steps[1]).round();
         let node = y.clamp(0.0, rows as f64 - 1.0) as usize * columns + x.clamp(0.0, columns as f64 - 1.0) as usize;
         sums[node] = (sums[node].0 + place.z, sums[node].1 + 1.0);
     }
@@ -80,11 +79,10 @@ pub(crate) fn extended(outline: &[DVec3], bounds: [f64; 4]) -> HeightField {
     let away = distances(&marked, columns, [steps[0] * narrower, steps[1]]);
     let reach = beside[0].min(beside[1]) * narrower;
     let decimetre = |(height, away): (f32, f32)| {
-        let left = (1.0 - f64::from(away) / reach).clamp(0.0, 1.0);
         if height.is_nan() {
             return 0;
         }
-        (f64::from(height) * left * left * (3.0 - 2.0 * left) * 10.0).round() as i32
+        (f64::from(height) * fading(f64::from(away) / reach) * 10.0).round() as i32
     };
     HeightField {
         bounds: [low[0], low[1], high[0], high[1]],

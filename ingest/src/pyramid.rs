@@ -258,10 +258,7 @@ impl<'a> Build<'a> {
         }
         let plan = &scheduler.jobs.plan;
         let outside = self.outside(scheduler, &records)?;
-        let describe = |summary: &Summary| Metadata {
-            outside,
-            ..self.metadata(stored, plan, summary)
-        };
+        let describe = |summary: &Summary| self.metadata(stored, plan, summary, outside);
         let (metadata, summary) = scheduler.tiles.write_archive(&mut records, output, describe)?;
         Ok(Report {
             metadata,
@@ -291,7 +288,7 @@ impl<'a> Build<'a> {
         })
     }
 
-    fn metadata(&self, stored: &StoredRaster, plan: &Plan, summary: &Summary) -> Metadata {
+    fn metadata(&self, stored: &StoredRaster, plan: &Plan, summary: &Summary, outside: Outside) -> Metadata {
         let provenance = self.raster.provenance();
         let [lowest, highest] = summary.heights;
         let [lowest_sample, highest_sample] = stored.heights.map(f64::from);
@@ -317,7 +314,7 @@ impl<'a> Build<'a> {
             },
             generator: concat!("terrain-ingest ", env!("CARGO_PKG_VERSION")).into(),
             zooms: summary.zooms(),
-            outside: Outside::default(),
+            outside,
         }
     }
 }

@@ -45,7 +45,7 @@ use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
 use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
-use composition::Composition;
+use composition::{Area, Composition, common};
 use layout::Layout;
 use mosaic::Mosaic;
 use pieces::{cut, part_size};
@@ -130,10 +130,7 @@ impl Rasters {
     /// The polygons of a file, each at the level of the samples inside.
     fn levelled(&self, path: &Path) -> Result<Vec<Lake>, ReadError> {
         let mut lakes = water::lakes(path, &self.files[self.mosaic.lattice].layout().crs, self.mosaic.to_crs)?;
-        let whole = [0, 1].map(|axis| {
-            let first = self.mosaic.origin[axis];
-            first..first + self.size()[axis] as i64
-        });
+        let whole = self.on_lattice(&self.size().map(|size| 0..size as i64));
         for lake in &mut lakes {
             lake.level = water::level(lake, [&whole[0], &whole[1]], |on_lattice| {
                 let [columns, rows] = [0, 1].map(|axis| {
@@ -151,6 +148,14 @@ impl Rasters {
         ));
         lakes.retain(|lake| lake.level.is_some());
         Ok(lakes)
+    }
+
+    /// Columns and rows, counted from the mosaic's first sample, on the lattice.
+    fn on_lattice(&self, ranges: &[Range<i64>; 2]) -> [Range<i64>; 2] {
+        [0, 1].map(|axis| {
+            let first = self.mosaic.origin[axis];
+            first + ranges[axis].start..first + ranges[axis].end
+        })
     }
 
     /// What files say of their heights, each different one once.
@@ -208,51 +213,60 @@ impl Rasters {
         })
     }
 
-    /// A rectangle of samples of one file, NaN where it has none; by several readers at once, in whole blocks where it lies along
-    /// them.
-    fn read_file(&self, file: usize, [columns, rows]: [&Range<i64>; 2]) -> Result<Layer, ReadError> {
-        let width = (columns.end - columns.start) as usize;
-        let mut layer = Layer {
-            heights: vec![f32::NAN; width * (rows.end - rows.start) as usize],
-            wild: 0,
-        };
-        let parts = self.parts(file, [columns, rows]);
+    /// What a rectangle has of a file, by several readers at once, in whole blocks where it lies along them; and how many of its
+    /// samples that are `asked` for cannot be heights.
+    fn read_file(
+        &self,
+        file: usize,
+        rectangle: [&Range<i64>; 2],
+        asked: &[Range<i64>; 2],
+    ) -> Result<(Area, u64), ReadError> {
+        let [columns, rows] = self.rectangle_of(file, rectangle);
+        let whole = [&columns, &rows].map(|range| range.start as i64..range.end as i64);
+        let (mut area, mut wild) = (Area::void(whole), 0);
+        let parts = self.parts(file, [&columns, &rows]);
         // Memory is that of the rectangle and of what is read at once.
         for parts in parts.chunks(rayon::current_num_threads()) {
             let read: Result<Vec<Vec<f64>>, ReadError> = parts.par_iter().map(|part| self.read_part(part)).collect();
             for (part, metres) in parts.iter().zip(read?) {
-                let [left, top] = [(&part.columns, columns), (&part.rows, rows)]
-                    .map(|(of_part, of_layer)| (of_part.start as i64 - of_layer.start) as usize);
-                for (row, metres) in metres.chunks_exact(part.columns.len()).enumerate() {
-                    let start = (top + row) * width + left;
-                    layer.put(start, metres);
+                let columns = part.columns.start as i64..part.columns.end as i64;
+                let rows = part.rows.start as i64..part.rows.end as i64;
+                for (row, metres) in rows.zip(metres.chunks_exact(part.columns.len())) {
+                    let run = area.run(row, &columns);
+                    for ((height, column), &metres) in area.heights[run].iter_mut().zip(columns.clone()).zip(metres) {
+                        let (value, is_wild) = checked_height(metres);
+                        *height = value;
+                        wild += u64::from(is_wild && asked[0].contains(&column) && asked[1].contains(&row));
+                    }
                 }
             }
         }
-        Ok(layer)
+        Ok((area, wild))
     }
 
-    /// What a rectangle has of a file, cut into parts along its blocks.
-    fn parts(&self, file: usize, [columns, rows]: [&Range<i64>; 2]) -> Vec<Part> {
+    /// Columns and rows that a rectangle has of a file.
+    fn rectangle_of(&self, file: usize, [columns, rows]: [&Range<i64>; 2]) -> [Range<usize>; 2] {
+        let [across, down] = &self.mosaic.places[file].extent;
+        [intersection(columns, across), intersection(rows, down)]
+    }
+
+    /// A rectangle of a file, cut into parts along its blocks.
+    fn parts(&self, file: usize, [columns, rows]: [&Range<usize>; 2]) -> Vec<Part> {
         let place = &self.mosaic.places[file];
         let [across, down] = &place.extent;
-        let (columns, rows) = (intersection(columns, across), intersection(rows, down));
-        if columns.is_empty() || rows.is_empty() {
-            return Vec::new();
-        }
         let block = match place.between {
             None => self.files[file].block(),
             Some(_) => [columns.len(), 1],
         };
         let [width, height] = part_size(block, columns.len());
         let with_columns = |rows: Range<usize>| {
-            cut(&columns, across.start, width).map(move |columns| Part {
+            cut(columns, across.start, width).map(move |columns| Part {
                 file,
                 columns,
                 rows: rows.clone(),
             })
         };
-        cut(&rows, down.start, height).flat_map(with_columns).collect()
+        cut(rows, down.start, height).flat_map(with_columns).collect()
     }
 
     fn read_part(&self, part: &Part) -> Result<Vec<f64>, ReadError> {
@@ -287,30 +301,9 @@ impl Rasters {
     }
 
     /// Numbers of the files that reach into a rectangle, those first that count first.
-    fn files_in(&self, [columns, rows]: [&Range<i64>; 2]) -> Vec<usize> {
-        let reaches = |&file: &usize| {
-            let [across, down] = &self.mosaic.places[file].extent;
-            !intersection(columns, across).is_empty() && !intersection(rows, down).is_empty()
-        };
+    fn files_in(&self, rectangle: [&Range<i64>; 2]) -> Vec<usize> {
+        let reaches = |&file: &usize| self.rectangle_of(file, rectangle).iter().all(|range| !range.is_empty());
         self.mosaic.ranks.iter().copied().filter(reaches).collect()
-    }
-}
-
-/// Heights of one file in a rectangle.
-struct Layer {
-    /// Metres, row by row; NaN where void or beside the file.
-    heights: Vec<f32>,
-    /// Samples that cannot be heights.
-    wild: u64,
-}
-
-impl Layer {
-    fn put(&mut self, start: usize, metres: &[f64]) {
-        for (height, &metres) in self.heights[start..].iter_mut().zip(metres) {
-            let (value, is_wild) = checked_height(metres);
-            *height = value;
-            self.wild += u64::from(is_wild);
-        }
     }
 }
 
@@ -338,30 +331,19 @@ impl Raster for Rasters {
         let files = self.files_in([&wider[0], &wider[1]]);
         let has_joints = files.len() > 1 || self.rules.fill.is_some();
         let read = if has_joints { &wider } else { &asked };
-        let on_lattice = [0, 1].map(|axis| {
-            let first = self.mosaic.origin[axis];
-            first + read[axis].start..first + read[axis].end
-        });
-        let mut composition = Composition::new(&self.rules, on_lattice);
+        let mut composition = Composition::new(&self.rules, read.clone());
         let mut faults = vec![Faults::default(); self.files.len()];
         for file in files {
-            let layer = self.read_file(file, [&read[0], &read[1]])?;
-            let apart = composition.differences(&layer.heights);
-            faults[file] = Faults {
-                wild: layer.wild,
-                ..apart
-            };
-            composition.lay(file, &layer.heights);
+            let (area, wild) = self.read_file(file, [&read[0], &read[1]], &asked)?;
+            let apart = composition.differences(&area, [&asked[0], &asked[1]]);
+            faults[file] = Faults { wild, ..apart };
+            composition.lay(file, &area);
         }
-        let [across, down] = [0, 1].map(|axis| {
-            let first = self.mosaic.origin[axis];
-            first + asked[axis].start..first + asked[axis].end
-        });
-        let filled = composition.fill([&across, &down]);
-        faults[self.mosaic.ranks[0]].filled = filled;
-        let mut heights = composition.window([&across, &down]);
+        faults[self.mosaic.ranks[0]].filled = composition.fill([&asked[0], &asked[1]]);
+        let mut heights = composition.window(&asked[0], &asked[1]);
+        let on_lattice = self.on_lattice(&asked);
         for lake in &self.lakes {
-            lake.level_in([&across, &down], &mut heights);
+            lake.level_in([&on_lattice[0], &on_lattice[1]], &mut heights);
         }
         Ok(Rectangle { heights, faults })
     }
@@ -439,8 +421,8 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<HeightGrid, Read
 
 /// What a range, counted from the mosaic's first sample, has of an extent.
 fn intersection(range: &Range<i64>, extent: &Range<usize>) -> Range<usize> {
-    let start = (range.start.max(0) as usize).max(extent.start);
-    start..(range.end.max(0) as usize).min(extent.end).max(start)
+    let range = common(&(extent.start as i64..extent.end as i64), range);
+    range.start as usize..range.end as usize
 }
 
 /// What heights are put together by, in metres: nothing on the Earth is known of local ground but its own.
@@ -462,6 +444,7 @@ fn composition_rules(mosaic: &Mosaic, georeference: &GeoReference, reading: &Rea
             .unwrap_or(side * (BLEND * place.coarseness).min(MOST_BLEND))
     };
     composition::Rules {
+        origin: mosaic.origin,
         cell: cell.to_array(),
         blends: mosaic.places.iter().map(blend).collect(),
         fill: reading.fill.map(|fill| fill.widest.unwrap_or(FILL * side)),

@@ -42,16 +42,7 @@ impl Projection {
             row: grid.y,
             reason,
         };
-        let point = to_crs.transform_point2(grid);
-        let (longitude, latitude) = self
-            .proj
-            .convert((point.x, point.y))
-            .map_err(|error| untransformable(error.to_string()))?;
-        let geographic = DVec2::new(longitude, latitude);
-        if !geographic.is_finite() {
-            return Err(untransformable("it is outside of the projection".to_owned()));
-        }
-        Ok(geographic)
+        convert(&self.proj, to_crs.transform_point2(grid)).map_err(untransformable)
     }
 
     /// [`Self::to_geographic`] of many points.
@@ -77,17 +68,18 @@ pub(crate) fn converted(from: &Crs, to: &Crs, points: &[DVec2]) -> Result<Vec<DV
         reason,
     };
     let proj = Proj::new_known_crs(&from.definition, &to.definition, None).map_err(|error| fault(error.to_string()))?;
-    let convert = |point: &DVec2| {
-        let (x, y) = proj
-            .convert((point.x, point.y))
-            .map_err(|error| fault(error.to_string()))?;
-        let point = DVec2::new(x, y);
-        point
-            .is_finite()
-            .then_some(point)
-            .ok_or_else(|| fault("it is outside of the projection".to_owned()))
-    };
-    points.iter().map(convert).collect()
+    points
+        .iter()
+        .map(|&point| convert(&proj, point).map_err(fault))
+        .collect()
+}
+
+/// A point transformed, or why it cannot be.
+fn convert(proj: &Proj, point: DVec2) -> Result<DVec2, String> {
+    let (x, y) = proj.convert((point.x, point.y)).map_err(|error| error.to_string())?;
+    let converted = DVec2::new(x, y);
+    let is_there = converted.is_finite().then_some(converted);
+    is_there.ok_or_else(|| "it is outside of the projection".to_owned())
 }
 
 /// Keeps PROJ from printing to standard error; what goes wrong comes back as errors.

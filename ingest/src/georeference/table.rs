@@ -6,7 +6,7 @@
 
 use glam::{DMat2, DVec2};
 
-use super::GeoReferenceError;
+use super::{GeoReferenceError, nearest_turn};
 use crate::store::Name;
 
 /// Largest difference from the tabulated map, in cells of the raster.
@@ -83,7 +83,7 @@ impl Table {
             let before = index
                 .checked_sub(neighbour)
                 .map_or(value, |neighbour| table.nodes[neighbour]);
-            table.nodes.push(near(value, before));
+            table.nodes.push(nearest_turn(value, before.x));
         }
         table.start_value = table.forward(table.start);
         table.start_inverse = table.jacobian(table.start).inverse();
@@ -100,7 +100,7 @@ impl Table {
             for column in 1..self.columns - MARGIN {
                 let middle = self.grid_of_node(DVec2::new(column as f64, row as f64) + 0.5);
                 let value = self.forward(middle);
-                let difference = near(map(middle)?, value) - value;
+                let difference = nearest_turn(map(middle)?, value.x) - value;
                 let error = (self.jacobian(middle).inverse() * difference).length();
                 if error.is_nan() || error > TOLERANCE {
                     return Ok(false);
@@ -185,12 +185,6 @@ impl Table {
         };
         (0..4).map(|row| row_value(row) * down[row]).sum()
     }
-}
-
-/// `value` with its longitude turned by whole turns to within half a turn of that of `reference`.
-fn near(value: DVec2, reference: DVec2) -> DVec2 {
-    let turns = ((value.x - reference.x) / 360.0).round();
-    DVec2::new(value.x - turns * 360.0, value.y)
 }
 
 /// Cubic Lagrange weights of nodes at −1, 0, 1 and 2.

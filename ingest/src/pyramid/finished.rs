@@ -96,11 +96,14 @@ impl FinishedTiles<'_> {
         }
     }
 
+    fn decoded(&self, record: &TileRecord) -> Result<Tile> {
+        let decoded = spt::decode(&self.bytes(record)?, &LevelLimits::default());
+        decoded.with_context(|| format!("tile {}", record.square.address()))
+    }
+
     /// What the parent takes of a tile.
     pub(crate) fn coarsest(&self, record: &TileRecord) -> Result<Child> {
-        let bytes = self.bytes(record)?;
-        let decoded = spt::decode(&bytes, &LevelLimits::default());
-        let tile = decoded.with_context(|| format!("tile {}", record.square.address()))?;
+        let tile = self.decoded(record)?;
         Ok(Child {
             square: record.square,
             coarsest: tile.surface(tile.coarsest()),
@@ -158,12 +161,8 @@ impl FinishedTiles<'_> {
         let few = of_zoom.into_values().take_while(|tiles| tiles.len() <= FEW);
         let mut tiles = few.last().unwrap_or_default();
         tiles.sort_by_key(|record| record.square);
-        let outline = |record: &TileRecord| {
-            let decoded = spt::decode(&self.bytes(record)?, &LevelLimits::default());
-            let tile = decoded.with_context(|| format!("tile {}", record.square.address()))?;
-            Ok(outline_of(&tile))
-        };
-        let outlines = tiles.into_iter().map(outline).collect::<Result<Vec<_>>>()?;
+        let outlines = tiles.into_iter().map(|record| Ok(outline_of(&self.decoded(record)?)));
+        let outlines = outlines.collect::<Result<Vec<_>>>()?;
         Ok(outlines.concat())
     }
 

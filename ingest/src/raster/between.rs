@@ -6,7 +6,7 @@ use glam::{DAffine2, DVec2};
 
 use super::ReadError;
 use super::layout::Layout;
-use crate::georeference::{Crs, GeoReference, GeoReferenceError, converted};
+use crate::georeference::{Crs, GeoReference, GeoReferenceError, converted, nearest_turn};
 
 /// A sample of the lattice that is so near to one of the file, in the file's cells, is that one.
 const SAME: f64 = 1e-6;
@@ -25,8 +25,8 @@ pub(super) struct Between {
 enum Way {
     /// In the reference system that both share: from the lattice's coordinates.
     Affine(DAffine2),
-    /// Over the Earth.
-    Geographic(Box<GeoReference>),
+    /// Over the Earth, by longitudes within half a turn of the file's middle.
+    Geographic { own: Box<GeoReference>, middle: f64 },
 }
 
 impl Between {
@@ -40,7 +40,11 @@ impl Between {
         } else {
             let own = GeoReference::new(&file.crs, file.to_crs, file.columns, file.rows)
                 .map_err(|source| ReadError::Position(file.path.clone(), source))?;
-            Way::Geographic(Box::new(own))
+            let [west, _, east, _] = own.geographic_bounds();
+            Way::Geographic {
+                own: Box::new(own),
+                middle: f64::midpoint(west, east),
+            }
         };
         let around = columns_around(file);
         Ok(Self { way, around })
@@ -65,10 +69,8 @@ impl Between {
                     .map(|sample| once(affine.transform_point2(sample + origin)))
                     .collect()
             }
-            Way::Geographic(own) => {
-                let [west, _, east, _] = own.geographic_bounds();
-                let middle = f64::midpoint(west, east);
-                let place = |sample| own.grid(nearest_turn(georeference.geographic(sample), middle));
+            Way::Geographic { own, middle } => {
+                let place = |sample| own.grid(nearest_turn(georeference.geographic(sample), *middle));
                 samples.map(|sample| once(place(sample))).collect()
             }
         }
@@ -84,11 +86,6 @@ fn columns_around(file: &Layout) -> Option<f64> {
 /// Whether a file goes around the whole Earth.
 pub(super) fn is_around(file: &Layout) -> bool {
     columns_around(file).is_some_and(|around| file.columns as f64 > around - HALF)
-}
-
-/// A place with its longitude turned by whole turns to within half a turn of one.
-fn nearest_turn(place: DVec2, longitude: f64) -> DVec2 {
-    DVec2::new(place.x - ((place.x - longitude) / 360.0).round() * 360.0, place.y)
 }
 
 /// The rectangle of the lattice of `lattice` that a file reaches into: first and end column, first and end row.

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use crate::distances::distances;
+use crate::distances::{distances, fading};
 use crate::samples::Faults;
 use crate::spread::Values;
 
@@ -20,6 +20,8 @@ const SMOOTHINGS: usize = 16;
 /// What is asked of a composition, in metres.
 #[derive(Clone, Debug)]
 pub(super) struct Rules {
+    /// Column and row of the mosaic's first sample, on the lattice.
+    pub(super) origin: [i64; 2],
     /// From column to column and from row to row.
     pub(super) cell: [f64; 2],
     /// For each file, how far from a joint it is bent to meet one that counts before it.
@@ -48,20 +50,20 @@ impl Rules {
     }
 }
 
-/// Heights of a rectangle of samples, row by row; NaN where void.
-pub(super) struct Composition<'a> {
-    rules: &'a Rules,
-    columns: Range<i64>,
-    rows: Range<i64>,
-    heights: Vec<f32>,
+/// Heights of a rectangle of samples: metres, row by row; NaN where void. Columns and rows are counted from the mosaic's first sample,
+/// and may be beside it.
+#[derive(Clone, Debug)]
+pub(super) struct Area {
+    pub(super) columns: Range<i64>,
+    pub(super) rows: Range<i64>,
+    pub(super) heights: Vec<f32>,
 }
 
-impl<'a> Composition<'a> {
-    /// Without a height yet; columns and rows are counted on the lattice.
-    pub(super) fn new(rules: &'a Rules, [columns, rows]: [Range<i64>; 2]) -> Self {
+impl Area {
+    /// Without a height.
+    pub(super) fn void([columns, rows]: [Range<i64>; 2]) -> Self {
         let samples = (columns.end - columns.start) as usize * (rows.end - rows.start) as usize;
         Self {
-            rules,
             columns,
             rows,
             heights: vec![f32::NAN; samples],
@@ -72,19 +74,63 @@ impl<'a> Composition<'a> {
         (self.columns.end - self.columns.start) as usize
     }
 
-    /// Whether nothing was laid here yet.
-    fn is_void(&self) -> bool {
-        self.heights.iter().all(|height| height.is_nan())
+    /// Where the samples of a row are that `columns` has.
+    pub(super) fn run(&self, row: i64, columns: &Range<i64>) -> Range<usize> {
+        let start = (row - self.rows.start) as usize * self.width() + (columns.start - self.columns.start) as usize;
+        start..start + (columns.end - columns.start) as usize
     }
 
-    /// How far heights below are from those that count.
-    pub(super) fn differences(&self, below: &[f32]) -> Faults {
-        let both = self
-            .heights
-            .iter()
-            .zip(below)
-            .map(|(above, below)| (above - below).abs());
-        both.filter(|&apart| apart > AGREEMENT)
+    /// A rectangle of it.
+    fn part(&self, [columns, rows]: [Range<i64>; 2]) -> Self {
+        let lines = rows.clone().map(|row| &self.heights[self.run(row, &columns)]);
+        Self {
+            heights: lines.flatten().copied().collect(),
+            columns,
+            rows,
+        }
+    }
+
+    /// So many samples more on all sides, as far as `within` reaches.
+    fn grown(&self, samples: i64, within: &Self) -> [Range<i64>; 2] {
+        let grow = |range: &Range<i64>, within: &Range<i64>| {
+            (range.start - samples).max(within.start)..(range.end + samples).min(within.end)
+        };
+        [grow(&self.columns, &within.columns), grow(&self.rows, &within.rows)]
+    }
+
+    /// Whether each sample has a height.
+    fn there(&self) -> Vec<bool> {
+        self.heights.iter().map(|height| !height.is_nan()).collect()
+    }
+}
+
+/// Heights of a rectangle of samples, laid one file below the other.
+pub(super) struct Composition<'a> {
+    rules: &'a Rules,
+    all: Area,
+}
+
+impl<'a> Composition<'a> {
+    /// Without a height yet.
+    pub(super) fn new(rules: &'a Rules, rectangle: [Range<i64>; 2]) -> Self {
+        Self {
+            rules,
+            all: Area::void(rectangle),
+        }
+    }
+
+    /// How far heights below are from those that count, in columns and rows of `within`.
+    pub(super) fn differences(&self, below: &Area, [columns, rows]: [&Range<i64>; 2]) -> Faults {
+        let columns = common(columns, &below.columns);
+        let lines = common(rows, &below.rows).flat_map(|row| {
+            let (above, below) = (
+                &self.all.heights[self.all.run(row, &columns)],
+                &below.heights[below.run(row, &columns)],
+            );
+            above.iter().zip(below).map(|(above, below)| (above - below).abs())
+        });
+        lines
+            .filter(|&apart| apart > AGREEMENT)
             .fold(Faults::default(), |faults, apart| Faults {
                 disagreeing: faults.disagreeing + 1,
                 apart: faults.apart.max(apart),
@@ -92,23 +138,23 @@ impl<'a> Composition<'a> {
             })
     }
 
-    /// Heights of a file go where no earlier one has any.
-    pub(super) fn lay(&mut self, file: usize, below: &[f32]) {
+    /// Heights of a file, in a rectangle of this one, go where no earlier one has any.
+    pub(super) fn lay(&mut self, file: usize, below: &Area) {
         let blend = self.rules.blends[file];
-        let bends = if blend == 0.0 || self.is_void() {
-            None
-        } else {
-            self.bends(below, blend)
-        };
-        for (index, (height, &below)) in self.heights.iter_mut().zip(below).enumerate() {
-            if height.is_nan() {
-                *height = below + bends.as_ref().map_or(0.0, |bends| bends[index]);
+        let bends = if blend == 0.0 { None } else { self.bends(below, blend) };
+        for row in below.rows.clone() {
+            let (to, from) = (self.all.run(row, &below.columns), below.run(row, &below.columns));
+            for (height, index) in self.all.heights[to].iter_mut().zip(from) {
+                if height.is_nan() {
+                    *height = below.heights[index] + bends.as_ref().map_or(0.0, |bends| bends[index]);
+                }
             }
         }
     }
 
     /// By how much heights below the others are bent; none where both agree everywhere.
-    fn bends(&self, below: &[f32], blend: f64) -> Option<Vec<f32>> {
+    fn bends(&self, below: &Area, blend: f64) -> Option<Vec<f32>> {
+        let own = [below.columns.clone(), below.rows.clone()];
         let apart = |(&above, &below): (&f32, &f32)| {
             let apart = above - below;
             if apart.abs() > AGREEMENT || apart.is_nan() {
@@ -117,20 +163,31 @@ impl<'a> Composition<'a> {
                 0.0
             }
         };
-        let apart: Vec<f32> = self.heights.iter().zip(below).map(apart).collect();
+        let above = self.all.part(own.clone());
+        let apart: Vec<f32> = above.heights.iter().zip(&below.heights).map(apart).collect();
         if !apart.iter().any(|&apart| apart.abs() > 0.0) {
             return None;
         }
-        let spread = self.values(apart).spread(self.rules.levels(blend));
-        let there: Vec<bool> = self.heights.iter().map(|height| !height.is_nan()).collect();
-        let distances = distances(&there, self.width(), self.rules.cell);
+        let levels = self.rules.levels(blend);
+        let near = self.all.part(below.grown(2 << levels, &self.all));
+        let mut differences = Area::void([near.columns.clone(), near.rows.clone()]);
+        for row in below.rows.clone() {
+            let (to, from) = (differences.run(row, &own[0]), below.run(row, &own[0]));
+            differences.heights[to].copy_from_slice(&apart[from]);
+        }
+        let spread = self.values(&differences).spread(levels);
+        let away = distances(&near.there(), near.width(), self.rules.cell);
         let bend = |(apart, distance): (f32, f32)| {
             if apart.is_nan() {
                 return 0.0;
             }
             apart * fading(f64::from(distance) / blend) as f32
         };
-        Some(spread.into_iter().zip(distances).map(bend).collect())
+        let bends = Area {
+            heights: spread.into_iter().zip(away).map(bend).collect(),
+            ..near
+        };
+        Some(bends.part(own).heights)
     }
 
     /// Fills voids that are not too wide. Returns how many samples of `columns` and `rows` it filled.
@@ -138,82 +195,82 @@ impl<'a> Composition<'a> {
         let Some(width) = self.rules.fill else { return 0 };
         let is_narrow = self.narrow(width / 2.0);
         let is_filled = |(height, is_narrow): (&f32, bool)| height.is_nan() && is_narrow;
-        let filled: Vec<bool> = self.heights.iter().zip(is_narrow).map(is_filled).collect();
+        let filled: Vec<bool> = self.all.heights.iter().zip(is_narrow).map(is_filled).collect();
         if !filled.contains(&true) {
             return 0;
         }
-        let spread = self.values(self.heights.clone()).spread(self.rules.levels(width / 2.0));
+        let spread = self.values(&self.all).spread(self.rules.levels(width / 2.0));
         let places = (0..filled.len()).filter(|&index| filled[index]);
         let places: Vec<usize> = places.filter(|&index| !spread[index].is_nan()).collect();
         for &place in &places {
-            self.heights[place] = spread[place];
+            self.all.heights[place] = spread[place];
         }
         for _ in 0..SMOOTHINGS {
             let smoother: Vec<f32> = places.iter().map(|&place| self.mean_around(place)).collect();
             places
                 .iter()
                 .zip(smoother)
-                .for_each(|(&place, height)| self.heights[place] = height);
+                .for_each(|(&place, height)| self.all.heights[place] = height);
         }
+        let width = self.all.width();
         let is_inside = |place: &&usize| {
-            let (column, row) = ((**place % self.width()) as i64, (**place / self.width()) as i64);
-            columns.contains(&(self.columns.start + column)) && rows.contains(&(self.rows.start + row))
+            let (column, row) = ((**place % width) as i64, (**place / width) as i64);
+            columns.contains(&(self.all.columns.start + column)) && rows.contains(&(self.all.rows.start + row))
         };
         places.iter().filter(is_inside).count() as u64
     }
 
     /// Samples that are in the data when these are grown by a distance and then shrunk by it: holes close, outer rims stay.
     fn narrow(&self, distance: f64) -> Vec<bool> {
-        let there: Vec<bool> = self.heights.iter().map(|height| !height.is_nan()).collect();
-        let grown = distances(&there, self.width(), self.rules.cell);
+        let grown = distances(&self.all.there(), self.all.width(), self.rules.cell);
         let beyond: Vec<bool> = grown.iter().map(|&from| f64::from(from) > distance).collect();
-        let shrunk = distances(&beyond, self.width(), self.rules.cell);
+        let shrunk = distances(&beyond, self.all.width(), self.rules.cell);
         shrunk.iter().map(|&from| f64::from(from) > distance).collect()
     }
 
     fn mean_around(&self, place: usize) -> f32 {
-        let (width, column) = (self.width(), place % self.width());
+        let (width, column) = (self.all.width(), place % self.all.width());
         let beside = [
             (column > 0).then(|| place - 1),
             (column + 1 < width).then_some(place + 1),
             place.checked_sub(width),
-            Some(place + width).filter(|&below| below < self.heights.len()),
+            Some(place + width).filter(|&below| below < self.all.heights.len()),
         ];
-        let heights = beside.into_iter().flatten().map(|place| self.heights[place]);
+        let heights = beside.into_iter().flatten().map(|place| self.all.heights[place]);
         let (sum, count) = heights
             .filter(|height| !height.is_nan())
             .fold((0.0, 0.0), |(sum, count), height| (sum + height, count + 1.0));
-        if count > 0.0 { sum / count } else { self.heights[place] }
+        if count > 0.0 {
+            sum / count
+        } else {
+            self.all.heights[place]
+        }
     }
 
-    fn values(&self, values: Vec<f32>) -> Values {
+    /// An area, counted on the lattice.
+    fn values(&self, area: &Area) -> Values {
+        let [left, top] = self.rules.origin;
         Values {
-            first: [self.columns.start, self.rows.start],
-            columns: self.width(),
-            rows: (self.rows.end - self.rows.start) as usize,
-            values,
+            first: [left + area.columns.start, top + area.rows.start],
+            columns: area.width(),
+            rows: (area.rows.end - area.rows.start) as usize,
+            values: area.heights.clone(),
         }
     }
 
     /// Heights of columns and rows of it.
-    pub(super) fn window(self, [columns, rows]: [&Range<i64>; 2]) -> Vec<f32> {
-        if (&self.columns, &self.rows) == (columns, rows) {
-            return self.heights;
+    pub(super) fn window(self, columns: &Range<i64>, rows: &Range<i64>) -> Vec<f32> {
+        if (&self.all.columns, &self.all.rows) == (columns, rows) {
+            return self.all.heights;
         }
-        let width = self.width();
-        let from = (columns.start - self.columns.start) as usize;
-        let count = (columns.end - columns.start) as usize;
-        let lines = rows.clone().map(|row| (row - self.rows.start) as usize * width + from);
-        lines
-            .flat_map(|start| self.heights[start..start + count].iter().copied())
-            .collect()
+        self.all.part([columns.clone(), rows.clone()]).heights
     }
 }
 
-/// 1 at a joint, 0 from where it has no effect on, level at both.
-fn fading(share: f64) -> f64 {
-    let t = 1.0 - share.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+/// What two ranges have in common.
+pub(super) fn common(a: &Range<i64>, b: &Range<i64>) -> Range<i64> {
+    let start = a.start.max(b.start);
+    start..a.end.min(b.end).max(start)
 }
 
 #[cfg(test)]

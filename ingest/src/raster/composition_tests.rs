@@ -4,6 +4,7 @@ const VOID: f32 = f32::NAN;
 
 fn rules(blend: f64, fill: Option<f64>) -> Rules {
     Rules {
+        origin: [0, 0],
         cell: [1.0, 1.0],
         blends: vec![blend; 2],
         fill,
@@ -13,11 +14,18 @@ fn rules(blend: f64, fill: Option<f64>) -> Rules {
 fn laid(rules: &Rules, columns: i64, layers: [&[f32]; 2]) -> Vec<f32> {
     let rows = layers[0].len() as i64 / columns;
     let mut composition = Composition::new(rules, [0..columns, 0..rows]);
-    layers
-        .into_iter()
-        .enumerate()
-        .for_each(|(file, layer)| composition.lay(file, layer));
-    composition.window([&(0..columns), &(0..rows)])
+    for (file, layer) in layers.into_iter().enumerate() {
+        composition.lay(file, &area([0..columns, 0..rows], layer));
+    }
+    composition.window(&(0..columns), &(0..rows))
+}
+
+fn area([columns, rows]: [Range<i64>; 2], heights: &[f32]) -> Area {
+    Area {
+        columns,
+        rows,
+        heights: heights.to_vec(),
+    }
 }
 
 /// 7 m higher in its first twenty columns, as far as `above` reaches.
@@ -81,9 +89,9 @@ fn filled(heights: &[f32], widest: f64) -> (Vec<f32>, u64) {
     for row in 0..40 {
         all[(row + 30) * 100 + 30..][..40].copy_from_slice(&heights[row * 40..][..40]);
     }
-    composition.lay(0, &all);
+    composition.lay(0, &area([-30..70, -30..70], &all));
     let count = composition.fill([&(0..40), &(0..40)]);
-    (composition.window([&(0..40), &(0..40)]), count)
+    (composition.window(&(0..40), &(0..40)), count)
 }
 
 #[test]
@@ -109,4 +117,39 @@ fn of_a_wide_hole_only_corners_are_filled() {
         let is_far_inside = (13..27).contains(&column) && (13..27).contains(&row);
         assert!(!is_far_inside || height.is_nan(), "{column} {row}");
     }
+}
+
+#[test]
+fn a_file_is_laid_in_its_own_rectangle_as_if_it_had_voids_around() {
+    let rules = rules(6.0, None);
+    let mut random = fastrand::Rng::with_seed(9);
+    let above: Vec<f32> = (0..50 * 40)
+        .map(|index| {
+            if index % 50 < 20 && random.u8(0..9) > 0 {
+                100.0 + random.f32()
+            } else {
+                VOID
+            }
+        })
+        .collect();
+    let below: Vec<f32> = (0..30 * 20).map(|_| 95.0 + random.f32()).collect();
+    let mut around = vec![VOID; 50 * 40];
+    for row in 0..20 {
+        around[(row + 11) * 50 + 13..][..30].copy_from_slice(&below[row * 30..][..30]);
+    }
+    let with = |second: &Area| {
+        let mut composition = Composition::new(&rules, [0..50, 0..40]);
+        composition.lay(0, &area([0..50, 0..40], &above));
+        composition.lay(1, second);
+        let found = composition.differences(second, [&(5..48), &(2..30)]);
+        (composition.window(&(0..50), &(0..40)), found)
+    };
+    let (heights, _) = with(&area([13..43, 11..31], &below));
+    let (same, _) = with(&area([0..50, 0..40], &around));
+    let is_same = |(a, b): (&f32, &f32)| a == b || (a.is_nan() && b.is_nan());
+    assert!(heights.iter().zip(&same).all(is_same));
+    assert!(
+        heights.iter().any(|height| (97.0..99.0).contains(height)),
+        "some are bent"
+    );
 }

@@ -11,7 +11,7 @@ use super::between::{self, Between};
 use super::layout::Layout;
 use super::placement;
 use super::{RasterLimits, ReadError};
-use crate::georeference::GeoReference;
+use crate::georeference::{GeoReference, nearest_turn};
 
 /// Largest distance, in cells, of a file's samples from the lattice that they are on.
 const MISALIGNMENT: f64 = 0.01;
@@ -215,7 +215,7 @@ fn georeference(file: &Layout) -> Result<GeoReference, ReadError> {
 
 /// Whole cells from the first sample of `first` to that of `layout`, on the lattice of `first`; none where it is not on that.
 fn offset(first: &Layout, layout: &Layout) -> Option<DVec2> {
-    let to_first = first.to_crs.inverse() * nearest_turn(first, layout);
+    let to_first = first.to_crs.inverse() * turned_to(first, layout);
     let last = DVec2::new((layout.columns - 1) as f64, (layout.rows - 1) as f64);
     let begin = to_first.transform_point2(DVec2::ZERO);
     let drift = (to_first.transform_point2(last) - begin - last).abs().max_element();
@@ -230,10 +230,10 @@ fn offset(first: &Layout, layout: &Layout) -> Option<DVec2> {
 
 /// The layout's transform, turned by whole turns of longitude where that brings it nearer to `first`: two files on
 /// either side of the antimeridian are neighbours.
-fn nearest_turn(first: &Layout, layout: &Layout) -> DAffine2 {
+fn turned_to(first: &Layout, layout: &Layout) -> DAffine2 {
     let mut to_crs = layout.to_crs;
     if first.is_in_degrees {
-        to_crs.translation.x -= ((to_crs.translation.x - first.to_crs.translation.x) / 360.0).round() * 360.0;
+        to_crs.translation = nearest_turn(to_crs.translation, first.to_crs.translation.x);
     }
     to_crs
 }

@@ -11,6 +11,7 @@ use gdal::vector::{GeometryRef, LayerAccess, OGRwkbGeometryType};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use glam::{DAffine2, DVec2};
 
+use super::composition::common;
 use super::drivers::{VECTOR_DRIVERS, prepare_gdal};
 use super::{ReadError, crs};
 use crate::georeference::{Crs, converted};
@@ -18,7 +19,7 @@ use crate::georeference::{Crs, converted};
 /// Vertices of all polygons of a file, at most.
 const MOST_VERTICES: usize = 1 << 24;
 /// Rows that are read at once to find a level.
-pub(super) const ROWS_AT_ONCE: i64 = 64;
+const ROWS_AT_ONCE: i64 = 64;
 /// Samples that a level is found from, at most.
 const MOST_SAMPLES: usize = 1 << 20;
 
@@ -26,6 +27,8 @@ const MOST_SAMPLES: usize = 1 << 20;
 pub(super) struct Lake {
     /// Rings in coordinates of the lattice of samples: what is inside of an odd number of them is inside.
     rings: Vec<Vec<DVec2>>,
+    /// Columns and rows of the lattice that it reaches into.
+    extent: [Range<i64>; 2],
     /// Metres, once it is known.
     pub(super) level: Option<f32>,
 }
@@ -71,7 +74,7 @@ pub(super) fn lakes(path: &Path, lattice: &Crs, to_crs: DAffine2) -> Result<Vec<
             };
             let rings: Result<Vec<Vec<DVec2>>, _> = rings.into_iter().map(on_lattice).collect();
             let rings = rings.map_err(|source| ReadError::Position(path.to_owned(), source))?;
-            found.push(Lake { rings, level: None });
+            found.push(Lake::new(rings));
         }
     }
     if found.iter().all(|lake| lake.rings.is_empty()) {
@@ -96,12 +99,21 @@ fn collect_rings(geometry: &gdal::vector::Geometry, rings: &mut Vec<Vec<DVec2>>)
 }
 
 impl Lake {
-    /// Columns and rows of the lattice that it reaches into.
-    pub(super) fn extent(&self) -> [Range<i64>; 2] {
+    /// Of rings in coordinates of the lattice.
+    fn new(rings: Vec<Vec<DVec2>>) -> Self {
         let nowhere = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let points = self.rings.iter().flatten();
+        let points = rings.iter().flatten();
         let (low, high) = points.fold(nowhere, |(low, high), &at| (low.min(at), high.max(at)));
-        [0, 1].map(|axis| low[axis].ceil() as i64..high[axis].floor() as i64 + 1)
+        Self {
+            extent: [0, 1].map(|axis| low[axis].ceil() as i64..high[axis].floor() as i64 + 1),
+            rings,
+            level: None,
+        }
+    }
+
+    /// What it has of columns and rows of the lattice.
+    fn within(&self, [columns, rows]: [&Range<i64>; 2]) -> [Range<i64>; 2] {
+        [common(&self.extent[0], columns), common(&self.extent[1], rows)]
     }
 
     /// Columns of a row of the lattice that are inside.
@@ -118,12 +130,14 @@ impl Lake {
         let (Some(level), width) = (self.level, (columns.end - columns.start) as usize) else {
             return;
         };
-        let down = self.extent()[1].clone();
-        for row in down.start.max(rows.start)..down.end.min(rows.end) {
+        let [across, down] = self.within([columns, rows]);
+        if across.is_empty() {
+            return;
+        }
+        for row in down {
             let first = (row - rows.start) as usize * width;
             for run in self.runs(row) {
-                let inside = run.start.max(columns.start)..run.end.min(columns.end);
-                for column in inside {
+                for column in common(&run, columns) {
                     heights[first + (column - columns.start) as usize] = level;
                 }
             }
@@ -146,18 +160,16 @@ pub(super) fn level(
     within: [&Range<i64>; 2],
     read: impl Fn([&Range<i64>; 2]) -> Result<Vec<f32>, ReadError>,
 ) -> Result<Option<f32>, ReadError> {
-    let extent = lake.extent();
-    let [columns, rows] =
-        [0, 1].map(|axis| extent[axis].start.max(within[axis].start)..extent[axis].end.min(within[axis].end));
+    let [columns, rows] = lake.within(within);
     let mut heights = Vec::new();
     let mut row = rows.start;
-    while row < rows.end && columns.start < columns.end && heights.len() < MOST_SAMPLES {
+    while row < rows.end && !columns.is_empty() && heights.len() < MOST_SAMPLES {
         let strip = row..(row + ROWS_AT_ONCE).min(rows.end);
         let read = read([&columns, &strip])?;
         let width = (columns.end - columns.start) as usize;
         for (line, row) in read.chunks_exact(width).zip(strip.clone()) {
             let runs = lake.runs(row).into_iter();
-            let inside = runs.flat_map(|run| run.start.max(columns.start)..run.end.min(columns.end));
+            let inside = runs.flat_map(|run| common(&run, &columns));
             let there = inside.map(|column| line[(column - columns.start) as usize]);
             heights.extend(there.filter(|height| !height.is_nan()));
         }
