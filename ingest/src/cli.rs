@@ -1,11 +1,15 @@
 //! The options of `terrain-ingest`, and the help that a stranger reads.
 
+mod values;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use terrain_ingest::pyramid::Job;
-use terrain_ingest::raster;
 use terrain_tiles::metadata::{HeightsAbove, OutsidePolicy, RasterReader};
+
+pub(crate) use values::Values;
+use values::{bounds, degrees, not_negative, number, pixel_size, positive, size, unit, values};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -448,10 +452,6 @@ pub(crate) struct LocalArgs {
     pub(crate) pixel_size: Option<[f64; 2]>,
 }
 
-/// Numbers, or none of them.
-#[derive(Clone)]
-pub(crate) struct Values(pub(crate) Vec<f64>);
-
 /// Which byte of a number comes first.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum ByteOrder {
@@ -574,90 +574,4 @@ pub(crate) enum Quality {
     Default,
     /// Fewest triangles: more places, and edges swapped and vertices moved to make room for further collapses.
     Best,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if number > 0.0 && number.is_finite() {
-        Ok(number)
-    } else {
-        Err("must be a number above 0".to_owned())
-    }
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if number >= 0.0 && number.is_finite() {
-        Ok(number)
-    } else {
-        Err("must be 0 or a number above it".to_owned())
-    }
-}
-
-/// Metres in a unit.
-fn unit(text: &str) -> Result<f64, String> {
-    let named = raster::metres_in(text).filter(|_| !text.is_empty());
-    named.map_or_else(
-        || positive(text).map_err(|_| "is no unit: metre, foot, us-foot …, or so many metres".to_owned()),
-        Ok,
-    )
-}
-
-fn number(text: &str) -> Result<f64, String> {
-    let number: f64 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err("must be finite".to_owned())
-    }
-}
-
-fn values(text: &str) -> Result<Values, String> {
-    if text.eq_ignore_ascii_case("none") {
-        return Ok(Values(Vec::new()));
-    }
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    numbers
-        .map(Values)
-        .map_err(|_| "needs a number, several with commas between them, or `none`".to_owned())
-}
-
-fn pixel_size(text: &str) -> Result<[f64; 2], String> {
-    let numbers: Vec<f64> = text.split(',').map(positive).collect::<Result<_, _>>()?;
-    match numbers[..] {
-        [both] => Ok([both, both]),
-        [across, down] => Ok([across, down]),
-        _ => Err("needs one number, or two with a comma between them".to_owned()),
-    }
-}
-
-fn degrees(text: &str) -> Result<f64, String> {
-    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if (0.0..=180.0).contains(&number) {
-        Ok(number)
-    } else {
-        Err("must be a number from 0 to 180".to_owned())
-    }
-}
-
-fn bounds(text: &str) -> Result<[f64; 4], String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    numbers
-        .ok()
-        .and_then(|numbers| numbers.try_into().ok())
-        .ok_or_else(|| "needs four numbers: WEST,SOUTH,EAST,NORTH".to_owned())
-}
-
-/// Bytes, from a number with K, M, G or T behind it.
-fn size(text: &str) -> Result<u64, String> {
-    let (number, unit) = text.split_at(text.trim_end_matches(|unit: char| unit.is_ascii_alphabetic()).len());
-    let factor = match unit.to_ascii_uppercase().trim_end_matches("IB").trim_end_matches('B') {
-        "" => 1.0,
-        "K" => 1024.0,
-        "M" => 1_048_576.0,
-        "G" => 1_073_741_824.0,
-        "T" => 1_099_511_627_776.0,
-        _ => return Err("is a number with K, M, G or T behind it".to_owned()),
-    };
-    Ok((positive(number)? * factor) as u64)
 }

@@ -23,7 +23,6 @@ pub mod pyramid;
 pub mod raster;
 mod raster_outline;
 pub mod samples;
-mod spread;
 pub mod store;
 pub mod stored_raster;
 pub mod tin;

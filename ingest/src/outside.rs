@@ -10,11 +10,11 @@ use glam::DVec3;
 use terrain_core::mesh::boundary_edges;
 use terrain_tiles::ellipsoid::Geodetic;
 use terrain_tiles::outside::HeightField;
+use terrain_tiles::spread::Values;
 use terrain_tiles::tile::Tile;
 
 use crate::distances::{distances, fading};
 use crate::georeference::nearest_turn;
-use crate::spread::Values;
 
 /// Nodes along the longer side of the data.
 const NODES: f64 = 32.0;

@@ -511,3 +511,7 @@ fn checked_height(metres: f64) -> (f32, bool) {
 #[cfg(test)]
 #[path = "raster_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "raster/several_tests.rs"]
+mod several_tests;

@@ -2,10 +2,12 @@
 
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
-use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION};
 
 use super::*;
 use crate::tileset::{Form, TileRequest};
+
+#[path = "../tests/empty_archive/mod.rs"]
+mod empty_archive;
 
 const ROOT: TileRequest = TileRequest {
     address: TileAddress { zoom: 0, x: 0, y: 0 },
@@ -14,33 +16,9 @@ const ROOT: TileRequest = TileRequest {
 
 /// An archive of one root tile with these bytes.
 fn write(path: &Path, bytes: &[u8]) {
-    let metadata = Metadata {
-        format: FORMAT.to_owned(),
-        version: VERSION,
-        scheme: "geographic-tms".to_owned(),
-        bounds: [0.0, 0.0, 1.0, 1.0],
-        heights: [0.0, 0.0],
-        min_zoom: 0,
-        max_zoom: 0,
-        bound: "surface".to_owned(),
-        max_error: 1.0,
-        asked: Asked::default(),
-        plan: String::new(),
-        source: Source {
-            files: Vec::new(),
-            crs: "EPSG:4326".to_owned(),
-            vertical_datum: "unspecified".to_owned(),
-            heights_above: String::new(),
-            geoid: None,
-            samples: [2, 2],
-        },
-        generator: "test".to_owned(),
-        outside: terrain_tiles::outside::Outside::default(),
-        zooms: Vec::new(),
-    };
     let mut writer = Writer::create(path).unwrap();
     writer.add(ROOT.address, bytes).unwrap();
-    writer.finish(&metadata).unwrap();
+    writer.finish(&empty_archive::metadata()).unwrap();
 }
 
 fn root(catalogue: &Catalogue, name: &str) -> Vec<u8> {

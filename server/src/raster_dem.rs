@@ -168,11 +168,7 @@ async fn tile(
     let key = Key::Raster(tileset.generation, wanted);
     let heights = service.heights.clone();
     let body = service.bodies.get(key, move || draw(&heights, &tileset, &wanted)).await;
-    let body = body.map_err(|error| match error {
-        TileError::Failure(failure) => failure,
-        TileError::Unreadable(reason) => Failure::internal(reason),
-        TileError::Missing => Failure::NotFound(format!("there is no tile {z}/{x}/{file}")),
-    })?;
+    let body = body.map_err(|error| error.answered(|| format!("there is no tile {z}/{x}/{file}")))?;
     Ok(description.respond(headers, body))
 }
 

@@ -85,11 +85,7 @@ pub(crate) async fn tile(
         }
         answered => answered,
     };
-    answered.map_err(|error| match error {
-        TileError::Missing => Failure::NotFound(format!("tileset “{name}” has no tile {}", request.address)),
-        TileError::Unreadable(reason) => Failure::internal(reason),
-        TileError::Failure(failure) => failure,
-    })
+    answered.map_err(|error| error.answered(|| format!("tileset “{name}” has no tile {}", request.address)))
 }
 
 async fn answer(

@@ -141,7 +141,7 @@ impl Tileset {
         match request.form {
             Form::Progressive => Ok(self.stored(request.address)?.ok_or(TileError::Missing)?.into()),
             Form::QuantizedMesh { extensions, coding } => {
-                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address)?, extensions);
+                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address, extensions)?, extensions);
                 coding.encode(bytes.into()).map_err(TileError::failure)
             }
         }
@@ -157,6 +157,12 @@ impl Tileset {
             .map_err(|error| TileError::failure(format!("tile {address} of “{}”: {error}", self.name)))
     }
 
+    /// The decoded tiles around one.
+    fn tiles_around(&self, address: TileAddress) -> Result<Vec<Tile>, TileError> {
+        let tiles = addresses_around(address).into_iter().map(|address| self.tile(address));
+        tiles.filter_map(Result::transpose).collect()
+    }
+
     fn stored(&self, address: TileAddress) -> Result<Option<Vec<u8>>, TileError> {
         self.archive
             .tile(address)
@@ -164,13 +170,15 @@ impl Tileset {
     }
 
     /// Both roots always have one, since every client starts from both.
-    fn quantized_mesh(&self, address: TileAddress) -> Result<QuantizedMesh, TileError> {
+    fn quantized_mesh(&self, address: TileAddress, extensions: Extensions) -> Result<QuantizedMesh, TileError> {
         let outside = &self.metadata().outside;
         match self.tile(address)? {
             Some(tile) => {
-                let beside = addresses_around(address).into_iter();
-                let beside: Result<Vec<Option<Tile>>, TileError> = beside.map(|address| self.tile(address)).collect();
-                let beside: Vec<Tile> = beside?.into_iter().flatten().collect();
+                let beside = if extensions.normals {
+                    self.tiles_around(address)?
+                } else {
+                    Vec::new()
+                };
                 Ok(QuantizedMesh::from_tile(&tile, &beside, outside))
             }
             None if address.zoom == 0 => Ok(QuantizedMesh::unmeasured(address, outside)),
@@ -193,6 +201,15 @@ impl From<Failure> for TileError {
 }
 
 impl TileError {
+    /// What is answered; `missing` says what there is not.
+    pub(crate) fn answered(self, missing: impl FnOnce() -> String) -> Failure {
+        match self {
+            Self::Missing => Failure::NotFound(missing()),
+            Self::Unreadable(reason) => Failure::internal(reason),
+            Self::Failure(failure) => failure,
+        }
+    }
+
     fn failure(error: impl std::fmt::Display) -> Self {
         Self::Failure(Failure::internal(error))
     }

@@ -10,7 +10,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use terrain_tiles::archive::Writer;
-use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION};
+
+mod empty_archive;
 
 fn program() -> Command {
     Command::new(env!("CARGO_BIN_EXE_terrain-server"))
@@ -19,31 +20,10 @@ fn program() -> Command {
 /// An archive without a tile: the server still has both roots.
 fn empty_archive(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
-    let metadata = Metadata {
-        format: FORMAT.to_owned(),
-        version: VERSION,
-        scheme: "geographic-tms".to_owned(),
-        bounds: [0.0, 0.0, 1.0, 1.0],
-        heights: [0.0, 0.0],
-        min_zoom: 0,
-        max_zoom: 0,
-        bound: "surface".to_owned(),
-        max_error: 1.0,
-        asked: Asked::default(),
-        plan: String::new(),
-        source: Source {
-            files: Vec::new(),
-            crs: "EPSG:4326".to_owned(),
-            vertical_datum: "unspecified".to_owned(),
-            heights_above: String::new(),
-            geoid: None,
-            samples: [2, 2],
-        },
-        generator: "test".to_owned(),
-        outside: terrain_tiles::outside::Outside::default(),
-        zooms: Vec::new(),
-    };
-    Writer::create(&path).unwrap().finish(&metadata).unwrap();
+    Writer::create(&path)
+        .unwrap()
+        .finish(&empty_archive::metadata())
+        .unwrap();
     path
 }
 

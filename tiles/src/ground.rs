@@ -6,6 +6,7 @@
 //! ```
 
 use glam::{DVec2, DVec3};
+use terrain_core::topology::compressed_rows::CompressedRows;
 
 use crate::address::TileAddress;
 use crate::ellipsoid::{Geodetic, normal, to_earth_centred};
@@ -28,9 +29,8 @@ pub struct Ground {
     triangles: Vec<[u32; 3]>,
     /// Cells along a side.
     cells: usize,
-    /// Where each cell's triangles begin in `members`, cells row by row from the south; and the end of the last.
-    starts: Vec<u32>,
-    members: Vec<u32>,
+    /// Each cell's triangles, cells row by row from the south.
+    members: CompressedRows,
     reach: f64,
 }
 
@@ -55,7 +55,7 @@ impl Ground {
             .iter()
             .map(|[low, high]| (-low.min_element()).max(high.max_element() - 1.0));
         let reach = outside.fold(0.0, f64::max);
-        let (starts, members) = sort_into_cells(&boxes, cells);
+        let members = sort_into_cells(&boxes, cells);
         Self {
             address: tile.address,
             error: tile.finest_error(),
@@ -63,7 +63,6 @@ impl Ground {
             origin,
             triangles: mesh.triangles,
             cells,
-            starts,
             members,
             reach,
         }
@@ -84,10 +83,7 @@ impl Ground {
     /// Bytes in memory, about.
     #[must_use]
     pub fn size(&self) -> usize {
-        size_of_val(&*self.positions)
-            + size_of_val(&*self.triangles)
-            + size_of_val(&*self.starts)
-            + size_of_val(&*self.members)
+        size_of_val(&*self.positions) + size_of_val(&*self.triangles) + self.members.size()
     }
 
     /// Metres above what the tile's heights are above, at degrees of longitude and latitude; none where no triangle is.
@@ -113,8 +109,7 @@ impl Ground {
     /// Triangles that may be over a place of the tile, or just beside it.
     fn candidates(&self, fraction: DVec2) -> &[u32] {
         let cell = cell_of(fraction, self.cells);
-        let index = cell[1] * self.cells + cell[0];
-        &self.members[self.starts[index] as usize..self.starts[index + 1] as usize]
+        self.members.row((cell[1] * self.cells + cell[0]) as u32)
     }
 
     /// Least barycentric coordinate of where the line along `up` through `foot` meets the triangle's plane, and how far up
@@ -164,28 +159,15 @@ fn plan_box(address: TileAddress, corners: [DVec2; 3]) -> [DVec2; 2] {
     [low - margin, high + margin]
 }
 
-/// Counts, then fills: each cell's triangles, cells row by row.
-fn sort_into_cells(boxes: &[[DVec2; 2]], cells: usize) -> (Vec<u32>, Vec<u32>) {
+/// Each cell's triangles, cells row by row.
+fn sort_into_cells(boxes: &[[DVec2; 2]], cells: usize) -> CompressedRows {
     let covered = |[low, high]: [DVec2; 2]| {
         let ([west, south], [east, north]) = (cell_of(low, cells), cell_of(high, cells));
-        (south..=north).flat_map(move |row| (west..=east).map(move |column| row * cells + column))
+        (south..=north).flat_map(move |row| (west..=east).map(move |column| (row * cells + column) as u32))
     };
-    let mut starts = vec![0_u32; cells * cells + 1];
-    for &extent in boxes {
-        covered(extent).for_each(|cell| starts[cell + 1] += 1);
-    }
-    for cell in 0..cells * cells {
-        starts[cell + 1] += starts[cell];
-    }
-    let mut members = vec![0; starts[cells * cells] as usize];
-    let mut next = starts.clone();
-    for (triangle, &extent) in boxes.iter().enumerate() {
-        for cell in covered(extent) {
-            members[next[cell] as usize] = triangle as u32;
-            next[cell] += 1;
-        }
-    }
-    (starts, members)
+    let triangles = (0..).zip(boxes);
+    let pairs = triangles.flat_map(|(triangle, &extent)| covered(extent).map(move |cell| (cell, triangle)));
+    CompressedRows::sorted(cells * cells, pairs)
 }
 
 #[cfg(test)]

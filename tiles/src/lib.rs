@@ -32,4 +32,5 @@ pub mod metadata;
 pub mod new_file;
 pub mod outside;
 pub mod progressive;
+pub mod spread;
 pub mod tile;

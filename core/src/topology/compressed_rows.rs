@@ -78,6 +78,12 @@ impl CompressedRows {
         )
     }
 
+    /// Bytes in memory, about.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        size_of_val(&*self.starts) + size_of_val(&*self.items)
+    }
+
     /// The items of all rows, one row after the other.
     #[must_use]
     pub fn into_items(self) -> Vec<u32> {

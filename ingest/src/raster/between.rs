@@ -30,24 +30,21 @@ enum Way {
 }
 
 impl Between {
-    /// From the lattice of `lattice` to `file`.
-    ///
-    /// # Errors
-    /// When the file's samples have no longitude and latitude.
-    pub(super) fn new(lattice: &Layout, file: &Layout) -> Result<Self, ReadError> {
-        let way = if file.crs == lattice.crs {
-            Way::Affine(file.to_crs.inverse() * lattice.to_crs)
-        } else {
-            let own = GeoReference::new(&file.crs, file.to_crs, file.columns, file.rows)
-                .map_err(|source| ReadError::Position(file.path.clone(), source))?;
-            let [west, _, east, _] = own.geographic_bounds();
-            Way::Geographic {
-                own: Box::new(own),
-                middle: f64::midpoint(west, east),
+    /// From the lattice of `lattice` to `file`; `own` is where the file's samples are on the Earth, which tells where both have no
+    /// reference system in common.
+    pub(super) fn new(lattice: &Layout, file: &Layout, own: Option<&GeoReference>) -> Self {
+        let way = match own.filter(|_| file.crs != lattice.crs) {
+            None => Way::Affine(file.to_crs.inverse() * lattice.to_crs),
+            Some(own) => {
+                let [west, _, east, _] = own.geographic_bounds();
+                Way::Geographic {
+                    own: Box::new(own.clone()),
+                    middle: f64::midpoint(west, east),
+                }
             }
         };
         let around = columns_around(file);
-        Ok(Self { way, around })
+        Self { way, around }
     }
 
     /// Columns and rows in the file of a rectangle of samples of `georeference`, row by row.

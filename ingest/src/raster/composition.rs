@@ -8,9 +8,10 @@
 
 use std::ops::Range;
 
+use terrain_tiles::spread::Values;
+
 use crate::distances::{distances, fading};
 use crate::samples::Faults;
-use crate::spread::Values;
 
 /// Metres by which files may differ where they overlap without being bent.
 pub(super) const AGREEMENT: f32 = 0.01;
@@ -248,7 +249,7 @@ impl<'a> Composition<'a> {
     }
 
     /// An area, counted on the lattice.
-    fn values(&self, area: &Area) -> Values {
+    fn values(&self, area: &Area) -> Values<f32> {
         let [left, top] = self.rules.origin;
         Values {
             first: [left + area.columns.start, top + area.rows.start],

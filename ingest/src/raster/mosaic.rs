@@ -57,6 +57,15 @@ pub(super) struct Rules {
     pub(super) limits: RasterLimits,
 }
 
+/// A file before the lattice is known.
+struct File<'a> {
+    layout: &'a Layout,
+    /// Where its samples are on the Earth, where files have different cells.
+    own: Option<GeoReference>,
+    /// Metres of a side of its cells, where these differ from file to file.
+    cell: f64,
+}
+
 /// A file before the mosaic has its size: on the lattice.
 struct Found {
     extent: [Range<i64>; 2],
@@ -68,26 +77,23 @@ struct Found {
 impl Mosaic {
     /// The smallest grid over all `files`.
     pub(super) fn new(files: &[&Layout], rules: Rules) -> Result<Self, ReadError> {
-        let (measured, underlays) = files.split_at(files.len() - rules.underlays);
-        let first = *measured.first().ok_or(ReadError::NoFile)?;
+        let first = *files.first().ok_or(ReadError::NoFile)?;
         let is_one_lattice = files.iter().all(|file| offset(first, file).is_some());
-        let cells = if is_one_lattice {
-            vec![1.0; files.len()]
-        } else {
-            files.iter().map(|file| cell(file)).collect::<Result<_, _>>()?
-        };
-        let lattice = finest(&cells[..measured.len()]);
+        let file = |&layout| File::new(layout, is_one_lattice);
+        let files = files.iter().map(file).collect::<Result<Vec<_>, _>>()?;
+        let (measured, underlays) = files.split_at(files.len() - rules.underlays);
+        let lattice = finest(measured);
+        let of_lattice = measured.get(lattice).ok_or(ReadError::NoFile)?;
         let mut found = measured
             .iter()
-            .zip(&cells)
-            .map(|(file, &cell)| find(files[lattice], file, cell))
+            .map(|file| find(of_lattice.layout, file))
             .collect::<Result<Vec<_>, _>>()?;
-        let around = rectangle_around(&found, rules.around, files[lattice])?;
-        for (file, &cell) in underlays.iter().zip(&cells[measured.len()..]) {
-            found.push(below(files[lattice], file, cell, &around)?);
+        let around = rectangle_around(&found, rules.around, of_lattice)?;
+        for file in underlays {
+            found.push(below(of_lattice.layout, file, &around)?);
         }
-        let ranks = ranks(&cells, measured.len(), rules.by_order);
-        Self::over(files[lattice], lattice, found, ranks, rules.limits)
+        let ranks = ranks(&files, measured.len(), rules.by_order);
+        Self::over(of_lattice.layout, lattice, found, ranks, rules.limits)
     }
 
     fn over(
@@ -122,41 +128,59 @@ impl Mosaic {
     }
 }
 
+impl<'a> File<'a> {
+    /// `is_alike` where all files have the same cells.
+    fn new(layout: &'a Layout, is_alike: bool) -> Result<Self, ReadError> {
+        let is_on_earth = !is_alike && !layout.is_local;
+        let own = is_on_earth.then(|| georeference(layout)).transpose()?;
+        let cell = match &own {
+            _ if is_alike => 1.0,
+            Some(own) => {
+                let sides = own.cell_metres(DVec2::new(layout.columns as f64, layout.rows as f64) / 2.0);
+                (sides.x * sides.y).sqrt()
+            }
+            None => layout.to_crs.matrix2.determinant().abs().sqrt(),
+        };
+        Ok(Self { layout, own, cell })
+    }
+}
+
 /// The file with the finest cells, the first of several.
-fn finest(cells: &[f64]) -> usize {
-    let least = cells.iter().copied().fold(f64::INFINITY, f64::min);
-    cells
+fn finest(files: &[File]) -> usize {
+    let least = files.iter().map(|file| file.cell).fold(f64::INFINITY, f64::min);
+    files
         .iter()
-        .position(|&cell| cell <= least * (1.0 + EQUALLY_FINE))
+        .position(|file| file.cell <= least * (1.0 + EQUALLY_FINE))
         .unwrap_or(0)
 }
 
 /// Underlays last; finer cells first, unless files count in their order.
-fn ranks(cells: &[f64], measured: usize, by_order: bool) -> Vec<usize> {
-    let mut ranks: Vec<usize> = (0..cells.len()).collect();
-    let fineness = |file: usize| (cells[file].ln() / EQUALLY_FINE.ln_1p()).round() as i64;
+fn ranks(files: &[File], measured: usize, by_order: bool) -> Vec<usize> {
+    let mut ranks: Vec<usize> = (0..files.len()).collect();
+    let fineness = |file: usize| (files[file].cell.ln() / EQUALLY_FINE.ln_1p()).round() as i64;
     ranks.sort_by_key(|&file| (file >= measured, if by_order { 0 } else { fineness(file) }, file));
     ranks
 }
 
-fn find(lattice: &Layout, file: &Layout, cell: f64) -> Result<Found, ReadError> {
-    let Some(offset) = offset(lattice, file) else {
+fn find(lattice: &Layout, file: &File) -> Result<Found, ReadError> {
+    let layout = file.layout;
+    let Some(offset) = offset(lattice, layout) else {
         return Ok(Found {
-            extent: between::reach(lattice, file)?,
-            between: Some(Between::new(lattice, file)?),
-            cell,
+            extent: between::reach(lattice, layout)?,
+            between: Some(Between::new(lattice, layout, file.own.as_ref())),
+            cell: file.cell,
         });
     };
     let [left, top] = [offset.x as i64, offset.y as i64];
     Ok(Found {
-        extent: [left..left + file.columns as i64, top..top + file.rows as i64],
+        extent: [left..left + layout.columns as i64, top..top + layout.rows as i64],
         between: None,
-        cell,
+        cell: file.cell,
     })
 }
 
 /// A file that is below and around others, as far as `around` reaches.
-fn below(lattice: &Layout, file: &Layout, cell: f64, around: &[Range<i64>; 2]) -> Result<Found, ReadError> {
+fn below(lattice: &Layout, file: &File, around: &[Range<i64>; 2]) -> Result<Found, ReadError> {
     let within = |reach: [Range<i64>; 2]| {
         [0, 1].map(|axis| {
             let start = reach[axis].start.clamp(around[axis].start, around[axis].end);
@@ -164,26 +188,26 @@ fn below(lattice: &Layout, file: &Layout, cell: f64, around: &[Range<i64>; 2]) -
         })
     };
     // A file as large as the Earth has no place on the plane of a small one's reference system: it is asked everywhere.
-    let extent = match between::reach(lattice, file) {
-        Ok(reach) if !between::is_around(file) => within(reach),
+    let extent = match between::reach(lattice, file.layout) {
+        Ok(reach) if !between::is_around(file.layout) => within(reach),
         _ => around.clone(),
     };
     Ok(Found {
         extent,
-        between: Some(Between::new(lattice, file)?),
-        cell,
+        between: Some(Between::new(lattice, file.layout, file.own.as_ref())),
+        cell: file.cell,
     })
 }
 
 /// The rectangle of all files and so many metres around them, or half its size.
-fn rectangle_around(found: &[Found], metres: Option<f64>, lattice: &Layout) -> Result<[Range<i64>; 2], ReadError> {
+fn rectangle_around(found: &[Found], metres: Option<f64>, lattice: &File) -> Result<[Range<i64>; 2], ReadError> {
     let rectangle = union(found);
     let margins = match metres {
         None => [0, 1].map(|axis| (rectangle[axis].end - rectangle[axis].start) / 2),
         Some(metres) => {
-            let georeference = georeference(lattice)?;
-            let middle = DVec2::new(lattice.columns as f64, lattice.rows as f64) / 2.0;
-            let cell = georeference.cell_metres(middle);
+            let layout = lattice.layout;
+            let own = lattice.own.clone().map_or_else(|| georeference(layout), Ok)?;
+            let cell = own.cell_metres(DVec2::new(layout.columns as f64, layout.rows as f64) / 2.0);
             [0, 1].map(|axis| (metres / cell[axis]).ceil() as i64)
         }
     };
@@ -196,16 +220,6 @@ fn union(found: &[Found]) -> [Range<i64>; 2] {
         let ends = found.iter().map(|file| file.extent[axis].end);
         starts.min().unwrap_or(0)..ends.max().unwrap_or(0)
     })
-}
-
-/// Metres of a side of a square as large as a file's cells in its middle.
-fn cell(file: &Layout) -> Result<f64, ReadError> {
-    if file.is_local {
-        return Ok(file.to_crs.matrix2.determinant().abs().sqrt());
-    }
-    let middle = DVec2::new(file.columns as f64, file.rows as f64) / 2.0;
-    let sides = georeference(file)?.cell_metres(middle);
-    Ok((sides.x * sides.y).sqrt())
 }
 
 fn georeference(file: &Layout) -> Result<GeoReference, ReadError> {

@@ -59,11 +59,7 @@ pub(super) async fn find(
         })
     };
     let joined = tokio::task::spawn_blocking(work).await.map_err(Failure::internal)?;
-    joined.map_err(|error| match error {
-        TileError::Failure(failure) => failure,
-        TileError::Unreadable(reason) => Failure::internal(reason),
-        TileError::Missing => Failure::NotFound("there is no such tile".to_owned()),
-    })
+    joined.map_err(|error: TileError| error.answered(|| "there is no such tile".to_owned()))
 }
 
 impl Surface {

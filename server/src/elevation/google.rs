@@ -4,6 +4,7 @@ use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Json, Response};
 use serde::{Deserialize, Serialize};
+use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
 use utoipa::{IntoParams, ToSchema};
 
 use super::forms::places_in;
@@ -13,9 +14,6 @@ use crate::failure::Failure;
 use crate::heights::Place;
 use crate::service::Service;
 use crate::tileset::Tileset;
-
-/// Metres in a degree of latitude, about.
-const METRES_IN_A_DEGREE: f64 = terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
 
 /// What may be asked.
 #[derive(Deserialize, IntoParams)]

@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import type { View } from "./select.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
@@ -137,11 +138,7 @@ export class Viewer {
   }
 
   private resize(): void {
-    const { clientWidth, clientHeight } = this.canvas;
-    if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / clientHeight;
-    this.camera.updateProjectionMatrix();
+    if (!fitToCanvas(this.renderer, this.camera, this.canvas)) return;
     this.moved();
     this.redraw();
   }

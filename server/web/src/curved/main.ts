@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { fitToCanvas } from "../canvas.ts";
 import { readCurvedLevels } from "./clod.ts";
 import { PatchLayer, type Drawn } from "./patch_layer.ts";
 
@@ -109,11 +110,7 @@ class CurvedPage {
   }
 
   private resize(): void {
-    const { clientWidth, clientHeight } = this.canvas;
-    if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / clientHeight;
-    this.camera.updateProjectionMatrix();
+    if (!fitToCanvas(this.renderer, this.camera, this.canvas)) return;
     this.needsFrame = true;
   }
 

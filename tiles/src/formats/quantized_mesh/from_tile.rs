@@ -16,7 +16,7 @@ impl QuantizedMesh {
     #[must_use]
     pub fn from_tile(tile: &Tile, beside: &[Tile], outside: &Outside) -> Self {
         let mesh = tile.surface(tile.finest());
-        let normals = shared_normals(tile, beside);
+        let normals = shared_normals(tile, &mesh, beside);
         let surface = square::complete(&mesh, &normals, tile.extent_bits, tile.address, outside);
         Self::from_surface(tile.address, surface, outside)
     }

@@ -23,17 +23,17 @@ const PLACE_BITS: u8 = 40;
 type Place = [i128; 2];
 
 /// The finest surface of a tile with what its triangles say of normals.
-struct Shaded {
+struct Shaded<'a> {
     address: TileAddress,
-    mesh: Mesh,
+    mesh: &'a Mesh,
     places: Vec<Place>,
     area: Vec<DVec3>,
     is_on_side: Vec<bool>,
 }
 
-impl Shaded {
-    fn new(tile: &Tile) -> Self {
-        let mesh = tile.surface(tile.finest());
+impl<'a> Shaded<'a> {
+    /// `mesh` is the tile's finest surface.
+    fn new(tile: &Tile, mesh: &'a Mesh) -> Self {
         let positions: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
         let mut area = vec![DVec3::ZERO; positions.len()];
         for &triangle in &mesh.triangles {
@@ -73,10 +73,10 @@ impl Shaded {
     }
 }
 
-/// A unit normal, Earth-centred, for each vertex of the finest surface of `tile`; `beside` are the tiles around it, those that there
-/// are.
-pub(super) fn shared_normals(tile: &Tile, beside: &[Tile]) -> Vec<DVec3> {
-    let own = Shaded::new(tile);
+/// A unit normal, Earth-centred, for each vertex of `mesh`, the finest surface of `tile`; `beside` are the tiles around it, those that
+/// there are.
+pub(super) fn shared_normals(tile: &Tile, mesh: &Mesh, beside: &[Tile]) -> Vec<DVec3> {
+    let own = Shaded::new(tile, mesh);
     let along_sides = side_normals(&own, beside);
     let side_normal = |vertex: usize| along_sides.get(&own.places[vertex]).copied();
     let mut across: HashMap<u32, DVec3> = HashMap::new();
@@ -106,7 +106,7 @@ fn side_normals(own: &Shaded, beside: &[Tile]) -> HashMap<Place, DVec3> {
     let columns = i128::from(2_u64 << own.address.zoom) << PLACE_BITS;
     let mut tiles: Vec<(TileAddress, HashMap<Place, DVec3>)> = beside
         .iter()
-        .map(|tile| (tile.address, Shaded::new(tile).wide()))
+        .map(|tile| (tile.address, Shaded::new(tile, &tile.surface(tile.finest())).wide()))
         .collect();
     tiles.push((own.address, own.wide()));
     tiles.sort_by_key(|&(address, _)| address);

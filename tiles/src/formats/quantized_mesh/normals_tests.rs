@@ -48,8 +48,9 @@ fn shaded(tile: &Tile) -> Vec<(Place, DVec3)> {
         .into_iter()
         .map(|address| self::tile(address.zoom, address.x, address.y))
         .collect();
-    let normals = shared_normals(tile, &beside);
-    Shaded::new(tile).places.into_iter().zip(normals).collect()
+    let mesh = tile.surface(tile.finest());
+    let normals = shared_normals(tile, &mesh, &beside);
+    Shaded::new(tile, &mesh).places.into_iter().zip(normals).collect()
 }
 
 #[test]

@@ -2,7 +2,7 @@ use super::*;
 
 const VOID: f32 = f32::NAN;
 
-fn values(first: [i64; 2], columns: usize, values: Vec<f32>) -> Values {
+fn values(first: [i64; 2], columns: usize, values: Vec<f32>) -> Values<f32> {
     Values {
         first,
         columns,

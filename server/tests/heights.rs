@@ -1,0 +1,256 @@
+//! Heights at places and along paths, and raster tiles of heights, through requests.
+#![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+mod service;
+
+use std::fs;
+use std::path::Path;
+
+use axum::http::{StatusCode, header};
+use serde_json::Value;
+use service::{Service, address, metadata, tile};
+use terrain_tiles::archive::Writer;
+use terrain_tiles::formats::spt;
+
+#[tokio::test]
+async fn heights_have_their_error_and_tell_void_from_outside() {
+    let service = Service::new();
+    let reply = service
+        .get("/square/height?longitude=-157.5&latitude=-67.5")
+        .await
+        .json();
+    let point = &reply["points"][0];
+    assert!((point["height"].as_f64().unwrap() - 500.0).abs() < 0.002, "{point}");
+    assert_eq!(
+        (point["error"].as_f64(), point["status"].as_str()),
+        (Some(1.0), Some("measured"))
+    );
+    let taken = &reply["tilesets"][0];
+    assert_eq!(
+        (taken["name"].as_str(), taken["zoom"].as_u64()),
+        (Some("square"), Some(1))
+    );
+    assert_eq!(
+        (taken["heights_above"].as_str(), taken["source"][0].as_str()),
+        (Some("unspecified"), Some("square.tif"))
+    );
+    // The northern edge is straight in space and bulges southwards, so that it leaves a little of the bounds without ground.
+    let reply = service.get("/square/height?locations=-22.6,-135|10,-10").await.json();
+    let told = |index: usize| {
+        (
+            reply["points"][index]["status"].as_str().unwrap(),
+            reply["points"][index]["height"].is_null(),
+        )
+    };
+    assert_eq!([told(0), told(1)], [("void", true), ("outside", true)]);
+}
+
+#[tokio::test]
+async fn batches_are_answered_in_their_order_at_the_zoom_that_is_named() {
+    let service = Service::new();
+    let body = r#"{"points": [[-10, 10], [-112.5, -67.5], [-157.5, -67.5]], "zoom": 1}"#;
+    let reply = service.post("/square/height", body).await.json();
+    let heights: Vec<Option<f64>> = reply["points"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|point| point["height"].as_f64())
+        .collect();
+    assert_eq!(
+        heights.iter().map(Option::is_some).collect::<Vec<_>>(),
+        [false, true, true]
+    );
+    // The tile of zoom 0 has its square elsewhere.
+    let coarse = service
+        .post("/square/height", &body.replace("\"zoom\": 1", "\"zoom\": 0"))
+        .await
+        .json();
+    assert_eq!(coarse["tilesets"][0]["zoom"], 0);
+    assert_ne!(coarse["points"], reply["points"]);
+    for (body, reason) in [
+        ("{}", "the body: missing field `points`"),
+        (r#"{"points": [[0, 91]]}"#, "place 0 is not on the Earth"),
+    ] {
+        let refused = service.post("/square/height", body).await;
+        assert_eq!(refused.status, StatusCode::BAD_REQUEST);
+        assert!(refused.json()["error"].as_str().unwrap().starts_with(reason), "{body}");
+    }
+    let large = service.post("/square/height", &" ".repeat((1 << 20) + 1)).await;
+    assert_eq!(large.status, StatusCode::PAYLOAD_TOO_LARGE);
+}
+
+#[tokio::test]
+async fn profiles_run_along_their_path() {
+    let service = Service::new();
+    let reply = service
+        .get("/square/profile?locations=-67.5,-157.5|-67.5,-112.5&samples=5")
+        .await
+        .json();
+    let distances: Vec<f64> = reply["points"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|point| point["distance"].as_f64().unwrap())
+        .collect();
+    assert_eq!((distances.len(), distances[0]), (5, 0.0));
+    assert!(
+        (distances[1] * 4.0 - distances[4]).abs() < 1e-3 && (1.8e6..2.0e6).contains(&distances[4]),
+        "{distances:?}"
+    );
+    let posted = service
+        .post(
+            "/square/profile",
+            r#"{"path": [[-157.5, -67.5], [-112.5, -67.5]], "samples": 5}"#,
+        )
+        .await;
+    assert_eq!(posted.json(), reply);
+}
+
+#[tokio::test]
+async fn clients_of_google_and_of_valhalla_get_the_answers_that_they_know() {
+    let service = Service::new();
+    let reply = service
+        .get("/square/maps/api/elevation/json?locations=-67.5,-157.5|10,-10")
+        .await
+        .json();
+    assert_eq!(reply["status"], "OK");
+    assert!((reply["results"][0]["elevation"].as_f64().unwrap() - 500.0).abs() < 0.002);
+    assert_eq!(reply["results"][1]["elevation"], Value::Null);
+    assert_eq!(reply["results"][0]["location"]["lng"], -157.5);
+    let wrong = service.get("/square/maps/api/elevation/json?path=0,0|1,1").await;
+    assert_eq!(
+        (wrong.status, wrong.json()["status"].as_str()),
+        (StatusCode::BAD_REQUEST, Some("INVALID_REQUEST"))
+    );
+    let shape = r#"{"shape": [{"lat": -67.5, "lon": -157.5}, {"lat": 10, "lon": -10}], "range": true, "id": "a"}"#;
+    let reply = service.post("/square/valhalla/height", shape).await.json();
+    assert_eq!(
+        (reply["id"].as_str(), reply["range_height"][0].to_string()),
+        (Some("a"), "[0.0,500]".to_owned())
+    );
+    assert_eq!(reply["range_height"][1][1], Value::Null);
+    let plain = service
+        .post("/square/valhalla/height", &shape.replace("true", "false"))
+        .await
+        .json();
+    assert_eq!(plain["height"].to_string(), "[500,null]");
+}
+
+#[tokio::test]
+async fn services_are_described_and_have_a_page_to_try_them() {
+    let service = Service::new();
+    let document = service.get("/openapi.json").await.json();
+    for path in [
+        "/{name}/height",
+        "/{name}/profile",
+        "/{name}/maps/api/elevation/json",
+        "/{name}/valhalla/height",
+    ] {
+        assert!(document["paths"][path]["get"].is_object(), "{path}");
+    }
+    let page = service.get("/docs/index.html").await;
+    assert!(String::from_utf8(page.body).unwrap().contains("swagger"));
+    let script = service.get("/docs/swagger-initializer.js").await;
+    assert!(String::from_utf8(script.body).unwrap().contains("../openapi.json"));
+}
+
+/// Colours of a PNG file, three bytes each.
+fn colours(file: &[u8]) -> Vec<u8> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    bytes
+}
+
+/// An archive whose one tile, of zoom 9, is half a square of 500 m, and all of it in one raster tile.
+fn write_fine_archive(path: &Path) {
+    let mut writer = Writer::create(path).unwrap();
+    let fine = address(9, 561, 397);
+    writer.add(fine, &spt::encode(&tile(fine)).unwrap()).unwrap();
+    let at = |part: f64| {
+        [
+            fine.west() + part * fine.degrees(),
+            fine.south() + part * fine.degrees(),
+        ]
+    };
+    let mut metadata = metadata();
+    metadata.bounds = [at(0.25)[0], at(0.25)[1], at(0.75)[0], at(0.75)[1]];
+    metadata.max_zoom = 9;
+    metadata.zooms[1].zoom = 9;
+    writer.finish(&metadata).unwrap();
+}
+
+#[tokio::test]
+async fn raster_tiles_have_the_heights_of_the_surface_and_ground_under_voids() {
+    let service = Service::new();
+    let fine = service.folder.path().join("fine");
+    write_fine_archive(&fine);
+    fs::copy(&fine, service.archive()).unwrap();
+    // The file is found to be another one when it is read.
+    service.get("/square/1/2/1.spt").await;
+    let document = service.get("/square/terrarium.json").await.json();
+    assert_eq!(
+        (document["encoding"].as_str(), document["tileSize"].as_u64()),
+        (Some("terrarium"), Some(256))
+    );
+    let zoom = &document["zooms"][9];
+    assert_eq!(
+        (document["maxzoom"].as_u64(), zoom["error"].as_f64()),
+        (Some(9), Some(1.0))
+    );
+    let quantum = zoom["quantum"].as_f64().unwrap();
+    assert_eq!(quantum, 0.25);
+    let address = document["tiles"][0].as_str().unwrap();
+    assert!(
+        address.starts_with("http://here/square/terrarium/{z}/{x}/{y}.png?v="),
+        "{address}"
+    );
+    let path = address
+        .trim_start_matches("http://here")
+        .replace("{z}/{x}/{y}", "9/280/174");
+    let reply = service.get(&path).await;
+    assert_eq!(reply.header(header::CONTENT_TYPE), "image/png");
+    assert!(reply.header(header::CACHE_CONTROL).contains("immutable"));
+    let colours = colours(&reply.body);
+    let mut least = f64::INFINITY;
+    let mut measured = 0;
+    for row in (0..256).step_by(9) {
+        for column in (0..256).step_by(7) {
+            let longitude = (f64::from(column) + 0.5) / 256.0;
+            let longitude = (280.0 + longitude) / 512.0 * 360.0 - 180.0;
+            let y = (174.0 + (f64::from(row) + 0.5) / 256.0) / 512.0;
+            let latitude = ((1.0 - 2.0 * y) * std::f64::consts::PI).sinh().atan().to_degrees();
+            let at = ((row * 256 + column) * 3) as usize;
+            let [red, green, blue] = [0, 1, 2].map(|channel| f64::from(colours[at + channel]));
+            let drawn = red * 256.0 + green + blue / 256.0 - 32_768.0;
+            least = least.min(drawn);
+            let asked = service
+                .get(&format!("/square/height?longitude={longitude}&latitude={latitude}"))
+                .await
+                .json();
+            match asked["points"][0]["height"].as_f64() {
+                Some(height) => {
+                    measured += 1;
+                    assert!(
+                        (drawn - height).abs() <= quantum / 2.0 + 1e-3,
+                        "{longitude} {latitude}: {drawn} {height}"
+                    );
+                }
+                None if asked["points"][0]["status"] == "outside" => assert_eq!(drawn, 0.0),
+                None => {}
+            }
+        }
+    }
+    assert!(measured > 20, "{measured} of the places are measured");
+    assert_eq!(least, 0.0, "out of the data, and no spike anywhere");
+    for (path, status) in [
+        ("/square/terrarium/9/281/174.png", 404),
+        ("/square/terrarium/10/561/348.png", 404),
+        ("/square/terrarium/1/2/0.png", 400),
+        ("/square/terrarium/9/280/174.jpg", 400),
+        ("/square/terrarium/9/280/174.png?size=100", 400),
+        ("/square/mapbox/0/0/0.webp?size=512", 200),
+    ] {
+        assert_eq!(service.get(path).await.status.as_u16(), status, "{path}");
+    }
+}
