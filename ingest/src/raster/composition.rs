@@ -123,7 +123,9 @@ impl<'a> Composition<'a> {
     /// How far heights below are from those that count, in columns and rows of `within`.
     pub(super) fn differences(&self, below: &Area, [columns, rows]: [&Range<i64>; 2]) -> Faults {
         let columns = common(columns, &below.columns);
-        let lines = common(rows, &below.rows).flat_map(|row| {
+        let rows = common(rows, &below.rows);
+        let rows = rows.filter(|_| !columns.is_empty());
+        let lines = rows.flat_map(|row| {
             let (above, below) = (
                 &self.all.heights[self.all.run(row, &columns)],
                 &below.heights[below.run(row, &columns)],

@@ -153,3 +153,17 @@ fn a_file_is_laid_in_its_own_rectangle_as_if_it_had_voids_around() {
         "some are bent"
     );
 }
+
+#[test]
+fn of_a_file_beside_what_is_asked_for_nothing_is_counted() {
+    let rules = rules(6.0, None);
+    let mut composition = Composition::new(&rules, [0..50, 0..40]);
+    composition.lay(0, &area([0..50, 0..40], &[100.0; 50 * 40]));
+    for [columns, rows] in [[45..50, 35..40], [0..5, 0..5], [45..50, 0..5], [0..5, 35..40]] {
+        let beside = area([columns, rows], &[90.0; 25]);
+        let found = composition.differences(&beside, [&(20..30), &(20..30)]);
+        assert_eq!(found, Faults::default());
+    }
+    let found = composition.differences(&area([45..50, 35..40], &[90.0; 25]), [&(0..47), &(0..37)]);
+    assert_eq!((found.disagreeing, found.apart), (4, 10.0));
+}
