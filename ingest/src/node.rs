@@ -161,7 +161,7 @@ impl Build<'_> {
         let interior = tile.interior_levels();
         let mut finer = tile.surface(tile.finest());
         let full = known.unwrap_or_else(|| self.error_of(square, &finer, NEARLY * tolerance));
-        let bulge = |mesh: &Mesh| self.side_bulge(square, mesh, sides);
+        let bulge = |mesh: &Mesh| self.side_bulge(square, mesh, sides) + self.outline_fold(square, mesh);
         let (mut error, mut measured) = (full, Some(full));
         let count = tile.partition.levels.len();
         let mut outline = tile.outline_errors[count - 1] + bulge(&finer);
@@ -239,6 +239,28 @@ impl Build<'_> {
             }
         }
         bulge
+    }
+
+    /// How far, in metres, triangles at an outline lie over others: between vertices near a pole, edges that are straight in space run
+    /// nearer to it than they do in plan.
+    fn outline_fold(&self, square: Square, mesh: &Mesh) -> f64 {
+        let extent = self.lattice.extent(square.zoom);
+        let is_on_side = |vertex: u32| leaf::is_on_side(mesh.positions[vertex as usize], extent);
+        let boundary = boundary_edges(&mesh.triangles).into_iter();
+        let outline: HashSet<u32> = boundary
+            .filter(|&(a, b)| !(is_on_side(a) && is_on_side(b)))
+            .flat_map(|(a, b)| [a, b])
+            .collect();
+        let at_outline = mesh
+            .triangles
+            .iter()
+            .filter(|corners| corners.iter().any(|corner| outline.contains(corner)));
+        let fold = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| self.on_ellipsoid(square, mesh.positions[corner as usize].truncate()));
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            -(b - a).cross(c - a).dot(a.normalize()) / longest.max(f64::MIN_POSITIVE)
+        };
+        at_outline.map(fold).fold(0.0, f64::max)
     }
 
     fn on_ellipsoid(&self, square: Square, at: DVec2) -> DVec3 {
