@@ -107,7 +107,9 @@ pub(super) fn reach(lattice: &Layout, file: &Layout) -> Result<[Range<i64>; 2], 
     let (low, high) = on_lattice.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| {
         (low.min(point), high.max(point))
     });
-    if !(low.abs().max(high.abs()).max_element() < FARTHEST) {
+    // Not a number where PROJ has no place, too.
+    let is_there = low.abs().max(high.abs()).cmplt(DVec2::splat(FARTHEST)).all();
+    if !is_there {
         return Err(ReadError::Mixed {
             path: file.path.clone(),
             first: lattice.path.clone(),
