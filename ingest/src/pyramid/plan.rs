@@ -22,6 +22,8 @@ const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
 const MOST_LENGTHENED: f64 = 10.0;
 /// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
+/// Metres, whatever the cells.
+const MOST_DEFAULT_ERROR: f64 = 200.0;
 /// No surface errs more than this, metres: triangles of larger sagitta span so much of the Earth that a plan cannot tell where they are.
 const MOST_ERROR: f64 = 50_000.0;
 /// Degrees by which rectangles are widened where it is asked which squares they meet.
@@ -167,10 +169,11 @@ fn subtree_zoom(leaf_zoom: u8, leaves: u32) -> u8 {
     leaf_zoom.saturating_sub((leaves.max(1).ilog2() / 2) as u8)
 }
 
-/// The error that suits cells of which the shorter side is so many metres long: an eighth of it, rounded to 1, 2 or 5 times a power of ten.
+/// The error that suits cells of which the shorter side is so many metres long: an eighth of it, rounded to 1, 2 or 5 times a power of
+/// ten; but mountains are no wider where cells are.
 #[must_use]
 pub(crate) fn default_error(cell: f64) -> f64 {
-    let wanted = cell * DEFAULT_ERROR_IN_CELLS;
+    let wanted = (cell * DEFAULT_ERROR_IN_CELLS).min(MOST_DEFAULT_ERROR);
     let power = 10.0_f64.powi(wanted.log10().floor() as i32);
     let nearest = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(|a, b| {
         let off = |step: &f64| (step * power / wanted).ln().abs();
