@@ -114,7 +114,7 @@ fn tried(file: &Path, options: &[&str]) -> Result<(String, f64)> {
     let leaves = report["zooms"].as_array().and_then(|zooms| zooms.last());
     let leaves = leaves.context("an archive without zooms")?;
     let figure = |name: &str| leaves[name].as_f64().unwrap_or(f64::NAN);
-    let remarks: Vec<&str> = build.told.lines().filter(|line| line.contains("warning: ")).collect();
+    let remarks: Vec<&str> = build.told.lines().filter(|line| line.starts_with("note: ")).collect();
     let result = format!(
         "zoom {}, {} tiles, claimed {:.3} m, measured {:.3} m; {}",
         leaves["zoom"],
@@ -128,14 +128,8 @@ fn tried(file: &Path, options: &[&str]) -> Result<(String, f64)> {
 
 fn ended(run: &Run) -> String {
     let code = run.code.map_or("NOT ENDED".to_owned(), |code| format!("exit {code}"));
-    let lines = run.told.trim().lines().count();
     let last = run.told.trim().lines().last().unwrap_or("NOTHING SAID");
-    let more = if lines > 1 {
-        format!(" (of {lines} lines)")
-    } else {
-        String::new()
-    };
-    format!("{code}{more}: {last}")
+    format!("{code}: {last}")
 }
 
 fn run(folder: &Path, arguments: &[&str]) -> Result<Run> {
@@ -145,7 +139,6 @@ fn run(folder: &Path, arguments: &[&str]) -> Result<Run> {
         .args(["-c", &limited, "sh"])
         .arg(program())
         .args(arguments)
-        .args(["--quiet"])
         .stdout(Stdio::from(File::create(path("printed"))?))
         .stderr(Stdio::from(File::create(path("told"))?))
         .spawn()?;
