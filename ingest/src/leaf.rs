@@ -56,8 +56,21 @@ pub(crate) fn side_start(lattice: Lattice, square: Square, side: Side) -> i64 {
     square.edge(side).along * lattice.extent(square.zoom)
 }
 
-/// Builds the finest surface of a leaf, in its lattice coordinates and metres; without triangles where the raster has no
-/// surface there. And how many metres its outline strays from the raster's, but for the rounding of cuts.
+/// Vertices for each sample of a leaf's window, at most: a mesh of all samples has one, and what needs so many on the whole has
+/// walls of thousands of errors between them all.
+const VERTICES_A_SAMPLE: usize = 32;
+
+/// The finest surface of a leaf.
+pub(crate) struct FinestSurface<'a> {
+    /// In lattice coordinates and metres; without triangles where the raster has no surface.
+    pub(crate) surface: Surface<'a>,
+    /// Metres that its outline strays from the raster's, but for the rounding of cuts.
+    pub(crate) strayed: f64,
+    /// Whether it would have come to more vertices than a leaf may have.
+    pub(crate) is_full: bool,
+}
+
+/// Builds the finest surface of a leaf.
 ///
 /// # Errors
 /// When the raster's outline cannot be triangulated.
@@ -68,7 +81,7 @@ pub(crate) fn finest_surface<'a>(
     square: Square,
     sides: [&BorderCurve; 4],
     tolerance: f64,
-) -> Result<(Surface<'a>, f64)> {
+) -> Result<FinestSurface<'a>> {
     let mut builder = Builder {
         lattice,
         georeference,
@@ -89,13 +102,19 @@ pub(crate) fn finest_surface<'a>(
         .with_context(|| format!("tile {}", square.address()))?;
     mesh::separate_fans(&mut mesh, |_| false);
     let mut surface = Surface::new(&mesh, reference);
+    let most_vertices = VERTICES_A_SAMPLE * reference.heights.columns * reference.heights.rows;
     let refinement = Refinement {
         tolerance,
         height_step: lattice.height_step(),
         frame: Some(frame(lattice, square)),
+        most_vertices: Some(most_vertices),
     };
     refine(&mut surface, refinement);
-    Ok((surface, builder.strayed))
+    Ok(FinestSurface {
+        is_full: surface.vertex_count() >= most_vertices,
+        surface,
+        strayed: builder.strayed,
+    })
 }
 
 /// Whether a lattice position lies on a side of its square, where it is shared with neighbours.

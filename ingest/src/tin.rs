@@ -121,6 +121,7 @@ fn refined<'a>(reference: &'a Reference<'a>, options: &Options) -> Result<Surfac
         tolerance: options.max_error * SHARE,
         height_step: 0.0,
         frame: None,
+        most_vertices: None,
     };
     refine(&mut surface, refinement);
     Ok(surface.in_memory_order())

@@ -100,6 +100,7 @@ impl Terrain {
             tolerance: error,
             height_step: 0.0,
             frame: None,
+            most_vertices: None,
         };
         refine(&mut surface, refinement);
         let mut simplifier = simplifier(surface, quality);

@@ -60,6 +60,7 @@ impl<'a> CubicSurface<'a> {
             tolerance,
             height_step: 0.0,
             frame: None,
+            most_vertices: None,
         };
         refine_by(&mut surface, refinement, |surface, corners| {
             let heights = surface.reference.heights;

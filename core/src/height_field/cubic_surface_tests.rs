@@ -85,6 +85,7 @@ fn patches_of_flat(reference: &Reference, tolerance: f64) -> usize {
         tolerance,
         height_step: 0.0,
         frame: None,
+        most_vertices: None,
     };
     crate::height_field::refine::refine(&mut surface, refinement);
     let shape = Shape {

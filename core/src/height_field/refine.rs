@@ -40,6 +40,8 @@ pub struct Refinement {
     pub height_step: f64,
     /// A frame whose inside is kept free of new points but for its inner line.
     pub frame: Option<Frame>,
+    /// No vertices are added once there are so many, if that is given.
+    pub most_vertices: Option<usize>,
 }
 
 /// The square `0 … extent` in plan, and the width of the strip along its sides that holds no vertices inside.
@@ -75,7 +77,7 @@ fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
     on(a.x, b.x) || on(a.y, b.y)
 }
 
-/// Inserts vertices until no point of the reference is further than the tolerance away, or no insertion helps.
+/// Inserts vertices until no point of the reference is further than the tolerance away, no insertion helps, or there are too many.
 pub fn refine(surface: &mut Surface, refinement: Refinement) {
     let flat = |surface: &Surface, corners: [u32; 3]| {
         let points = corners.map(|corner| surface.point(corner));
@@ -174,12 +176,20 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         self.is_suspect.fill(false);
         let mut has_new_vertex = false;
         for (triangle, at) in strayed {
+            if self.is_full() {
+                return false;
+            }
             if !self.is_suspect[triangle as usize] {
                 has_new_vertex |= self.mend(triangle, at);
                 self.suspect(triangle);
             }
         }
         has_new_vertex
+    }
+
+    fn is_full(&self) -> bool {
+        let most = self.refinement.most_vertices;
+        most.is_some_and(|most| self.surface.vertex_count() >= most)
     }
 
     fn suspect(&mut self, triangle: u32) {

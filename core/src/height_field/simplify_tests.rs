@@ -70,6 +70,7 @@ fn refined<'a>(reference: &'a Reference<'a>, tolerance: f64, height_step: f64) -
             tolerance,
             height_step,
             frame,
+            most_vertices: None,
         },
     );
     surface.in_memory_order()

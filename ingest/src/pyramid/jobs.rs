@@ -32,7 +32,7 @@ use crate::coarse::CoarseWindow;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::lattice::{Edge, Lattice, Square};
-use crate::leaf;
+use crate::leaf::{self, FinestSurface};
 use crate::node::{Build, Finest, MODEL_SHARE, kinds};
 use crate::raster_outline::BorderSource;
 use crate::samples::{Samples, Window};
@@ -323,8 +323,8 @@ impl<'a> Jobs<'a> {
         let build = self.build(certifier);
         let mut best: Option<Tile> = None;
         for share in LEAF_SHARES {
-            let Some(finest) = self.leaf_mesh(&build, georeference, square, reference, sides, share * max_error)?
-            else {
+            let made = self.leaf_mesh(&build, georeference, square, reference, sides, share * max_error)?;
+            let Some((finest, is_full)) = made else {
                 return Ok(None);
             };
             let tile = build.node(square, reference, finest, sides, max_error)?;
@@ -332,13 +332,14 @@ impl<'a> Jobs<'a> {
             if best.as_ref().is_none_or(|best| error < best.finest_error()) {
                 best = Some(tile);
             }
-            if self.plan.keeps_the_error(error) {
+            if is_full || self.plan.keeps_the_error(error) {
                 break;
             }
         }
         Ok(best)
     }
 
+    /// The finest mesh of a leaf, and whether it has as many vertices as a leaf may have.
     fn leaf_mesh(
         &self,
         build: &Build,
@@ -347,9 +348,13 @@ impl<'a> Jobs<'a> {
         reference: &Reference,
         sides: [&BorderCurve; 4],
         tolerance: f64,
-    ) -> Result<Option<Finest>> {
+    ) -> Result<Option<(Finest, bool)>> {
         let lattice = self.plan.lattice;
-        let (surface, strayed) = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
+        let FinestSurface {
+            surface,
+            strayed,
+            is_full,
+        } = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
         let surface = surface.in_memory_order();
         let (mesh, _) = surface.mesh();
         if mesh.triangles.is_empty() {
@@ -365,11 +370,12 @@ impl<'a> Jobs<'a> {
         });
         let outline_strayed = strayed + simplifier.outline_strayed();
         let mesh = simplifier.into_surface().in_memory_order().mesh().0;
-        Ok(Some(Finest {
+        let finest = Finest {
             mesh,
             outline_strayed,
             error: None,
-        }))
+        };
+        Ok(Some((finest, is_full)))
     }
 
     /// The tile above its children.
