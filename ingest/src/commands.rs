@@ -2,6 +2,7 @@
 
 mod checks;
 mod models;
+mod packs;
 mod shared;
 
 use std::fmt::{self, Display};
@@ -19,6 +20,7 @@ use terrain_tiles::metadata::HeightsAbove;
 
 use self::checks::{check, info};
 use self::models::{curve, simplify_model, triangulate};
+use self::packs::write_pack;
 use self::shared::{check_output, has_extension, memory, open, overrides, prepare, print, print_finished};
 use crate::cli::{BuildArgs, Cli, Command, JobArgs, MergeArgs, PlanArgs, RunArgs, TileArgs, UpdateArgs};
 use crate::failure::Failure;
@@ -35,6 +37,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Mesh(arguments)) => simplify_model(arguments),
         Some(Command::Clod(arguments)) => curve(arguments),
         Some(Command::Verify(arguments)) => check(arguments),
+        Some(Command::Pack(arguments)) => write_pack(&arguments),
         Some(Command::Info(arguments)) => info(&arguments),
     }
 }

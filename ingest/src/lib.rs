@@ -17,6 +17,7 @@ mod leaf;
 mod memory;
 mod node;
 mod outside;
+pub mod pack;
 pub mod polygonal_model;
 pub mod progress;
 pub mod pyramid;

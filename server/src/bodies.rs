@@ -8,8 +8,8 @@ use moka::future::Cache;
 
 use crate::coding::Coding;
 use crate::failure::Failure;
+use crate::form::Form;
 use crate::raster_dem::RasterRequest;
-use crate::tileset::Form;
 use terrain_tiles::address::TileAddress;
 
 /// Which body.

@@ -4,7 +4,7 @@ use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
 
 use super::*;
-use crate::tileset::{Form, TileRequest};
+use crate::form::{Form, TileRequest};
 
 #[path = "../tests/empty_archive/mod.rs"]
 mod empty_archive;
@@ -22,7 +22,7 @@ fn write(path: &Path, bytes: &[u8]) {
 }
 
 fn root(catalogue: &Catalogue, name: &str) -> Vec<u8> {
-    catalogue.find(name).unwrap().body(&ROOT).unwrap().to_vec()
+    ROOT.body(&catalogue.find(name).unwrap()).unwrap().to_vec()
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn archives_come_change_and_go_with_their_files() {
     catalogue.refresh();
     assert_eq!((catalogue.names().len(), root(&catalogue, "a")), (2, b"other".to_vec()));
     assert_eq!(
-        first.body(&ROOT).unwrap(),
+        ROOT.body(&first).unwrap(),
         &b"first"[..],
         "who began with it reads it to the end"
     );

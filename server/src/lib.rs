@@ -9,6 +9,8 @@
 //! | `/tilesets` | name, version and metadata of every archive, as JSON |
 //! | `/{name}/layer.json` | what CesiumJS asks first |
 //! | `/{name}/{z}/{x}/{y}.terrain` | quantized-mesh 1.0, extensions on request |
+//! | `/{name}/3d-tiles/tileset.json` | 3D Tiles with certified errors, and below it the tiles as GLB |
+//! | `/{name}/3d-terrain/tileset.json` | the implicit tileset that CesiumJS takes for its globe, and below it subtrees and tiles |
 //! | `/{name}/height`, `/{name}/profile` and others | heights at places and along paths: [`elevation`] |
 //! | `/{name}/terrarium.json`, `/{name}/mapbox.json` | TileJSON of raster tiles of heights, and below it the tiles |
 //! | `/docs`, `/openapi.json` | a page to try them on, and their description |
@@ -26,6 +28,7 @@ mod curved;
 mod documentation;
 mod elevation;
 mod failure;
+mod form;
 mod guard;
 mod heights;
 mod listen;
@@ -35,6 +38,7 @@ mod page;
 mod raster_dem;
 mod service;
 mod settings;
+mod three_d_tiles;
 mod tiles;
 mod tileset;
 
@@ -82,6 +86,7 @@ pub fn router(service: Arc<Shared>, settings: &Settings) -> Result<Router, heade
         .route("/{name}/{z}/{x}/{file}", get(tiles::tile))
         .merge(services)
         .merge(raster_dem::routes())
+        .merge(three_d_tiles::routes())
         .fallback(page::embedded)
         .with_state(Arc::clone(&service));
     let router = match settings.base_path.as_str() {

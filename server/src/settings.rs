@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 /// Serves terrain archives made by terrain-ingest.
 ///
 /// Open the printed address in a browser to fly over the terrain. CesiumJS and other clients of quantized-mesh take
-/// http://HOST:PORT/NAME as the address of their terrain, NAME being the archive's file name without its ending.
+/// http://HOST:PORT/NAME as the address of their terrain, NAME being the archive's file name without its ending; clients of 3D Tiles
+/// take http://HOST:PORT/NAME/3d-tiles/tileset.json.
 #[derive(Debug, Parser, Serialize)]
 #[command(
     version,

@@ -13,8 +13,9 @@ use crate::answer::Description;
 use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
+use crate::form::{Form, TileRequest};
 use crate::service::Service;
-use crate::tileset::{Form, TileError, TileRequest, Tileset};
+use crate::tileset::{TileError, Tileset};
 
 /// Smaller documents are not worth compressing.
 const COMPRESSED_FROM_BYTES: usize = 1 << 10;
@@ -72,16 +73,27 @@ pub(crate) async fn tile(
     request: Request,
 ) -> Result<Response, Failure> {
     let (headers, query) = (request.headers(), request.uri().query().unwrap_or_default());
-    let tileset = service.find(&name)?;
     let request = TileRequest::parse([&z, &x, &file], query, headers)?;
-    let answered = answer(&service, &tileset, &request, query, headers).await;
+    answer_from(&service, &name, &request, query, headers).await
+}
+
+/// The answer from the archive of a name.
+pub(crate) async fn answer_from(
+    service: &Service,
+    name: &str,
+    request: &TileRequest,
+    query: &str,
+    headers: &HeaderMap,
+) -> Result<Response, Failure> {
+    let tileset = service.find(name)?;
+    let answered = answer(service, &tileset, request, query, headers).await;
     let answered = match answered {
         Err(TileError::Unreadable(reason)) => {
             // Somebody may be overwriting the file.
             tracing::warn!("{reason}");
             service.look_again().await;
-            let now = service.find(&name)?;
-            answer(&service, &now, &request, query, headers).await
+            let now = service.find(name)?;
+            answer(service, &now, request, query, headers).await
         }
         answered => answered,
     };
@@ -95,11 +107,14 @@ async fn answer(
     query: &str,
     headers: &HeaderMap,
 ) -> Result<Response, TileError> {
-    let tag = tileset.tag(request).ok_or(TileError::Missing)?;
+    let tag = request.tag(tileset).ok_or(TileError::Missing)?;
     let description = match request.form {
         Form::Progressive => Description::new("application/octet-stream", &tag, request.coding()),
         Form::QuantizedMesh { .. } => Description::new("application/vnd.quantized-mesh", &tag, request.coding())
             .varying_by("accept, accept-encoding"),
+        Form::ThreeDTiles { part, .. } => {
+            Description::new(part.content_type(), &tag, request.coding()).varying_by("accept-encoding")
+        }
     };
     let description = description.immutable(tileset.is_named_in(query));
     if let Some(response) = description.not_modified(headers) {
@@ -108,6 +123,6 @@ async fn answer(
     let key = Key::Tile(tileset.generation, request.address, request.form);
     let (source, wanted) = (Arc::clone(tileset), *request);
     // Reading, decoding and encoding a tile takes milliseconds of one core.
-    let body = service.bodies.get(key, move || source.body(&wanted)).await?;
+    let body = service.bodies.get(key, move || wanted.body(&source)).await?;
     Ok(description.respond(headers, body))
 }

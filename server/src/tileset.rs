@@ -1,21 +1,19 @@
-//! One generation of an archive, and its tiles in the forms that clients ask for.
+//! One generation of an archive, and its tiles.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::body::Bytes;
-use axum::http::{HeaderMap, header};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
+use terrain_tiles::formats::quantized_mesh::{Extensions, QuantizedMesh, addresses_around};
 use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::Metadata;
 use terrain_tiles::outside::Outside;
 use terrain_tiles::tile::Tile;
 
-use crate::coding::Coding;
 use crate::failure::Failure;
 
 /// How many archives this process has opened.
@@ -34,22 +32,6 @@ pub(crate) struct Tileset {
     archive: Reader,
     /// Of what is drawn where nothing was measured.
     outside_checksum: u64,
-}
-
-/// In which form a tile is wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Form {
-    /// As it is in the archive.
-    Progressive,
-    /// For CesiumJS and others.
-    QuantizedMesh { extensions: Extensions, coding: Coding },
-}
-
-/// Which tile is wanted, and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct TileRequest {
-    pub(crate) address: TileAddress,
-    pub(crate) form: Form,
 }
 
 /// Why a tile cannot be had.
@@ -102,31 +84,13 @@ impl Tileset {
             .any(|part| part.strip_prefix("v=") == Some(&self.version))
     }
 
-    /// Changes exactly when the tile's bytes in `form` do, but for their content coding; none where there is no tile.
-    pub(crate) fn tag(&self, request: &TileRequest) -> Option<String> {
-        let checksum = self.archive.checksum(request.address);
-        match request.form {
-            Form::Progressive => checksum.map(|checksum| format!("{checksum:016x}")),
-            Form::QuantizedMesh { extensions, .. } => {
-                let is_root = request.address.zoom == 0;
-                let own = checksum.or(is_root.then_some(0))?;
-                let checksum = self.checksum_with_surroundings(request.address, own);
-                let Extensions {
-                    normals,
-                    measured_triangles,
-                } = extensions;
-                let flags = u8::from(normals) + 2 * u8::from(measured_triangles);
-                // Another program may encode it otherwise.
-                Some(format!(
-                    "{checksum:016x}-{flags}-{}",
-                    env!("CARGO_PKG_VERSION").replace('.', "-")
-                ))
-            }
-        }
+    /// What the bytes of a tile hash to, if there is one.
+    pub(crate) fn checksum(&self, address: TileAddress) -> Option<u64> {
+        self.archive.checksum(address)
     }
 
     /// Of all that a tile for other clients is made of: the tile, those beside it, and what is outside.
-    fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
+    pub(crate) fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
         let beside = addresses_around(address)
             .into_iter()
             .map(|address| self.archive.checksum(address));
@@ -134,17 +98,6 @@ impl Tileset {
         (own, self.outside_checksum).hash(&mut hasher);
         beside.for_each(|checksum| checksum.hash(&mut hasher));
         hasher.finish()
-    }
-
-    /// The tile's bytes. Blocks while it reads and encodes.
-    pub(crate) fn body(&self, request: &TileRequest) -> Result<Bytes, TileError> {
-        match request.form {
-            Form::Progressive => Ok(self.stored(request.address)?.ok_or(TileError::Missing)?.into()),
-            Form::QuantizedMesh { extensions, coding } => {
-                let bytes = quantized_mesh::encode(&self.quantized_mesh(request.address, extensions)?, extensions);
-                coding.encode(bytes.into()).map_err(TileError::failure)
-            }
-        }
     }
 
     /// The decoded tile, if there is one. Blocks while it reads and decodes.
@@ -158,19 +111,23 @@ impl Tileset {
     }
 
     /// The decoded tiles around one.
-    fn tiles_around(&self, address: TileAddress) -> Result<Vec<Tile>, TileError> {
+    pub(crate) fn tiles_around(&self, address: TileAddress) -> Result<Vec<Tile>, TileError> {
         let tiles = addresses_around(address).into_iter().map(|address| self.tile(address));
         tiles.filter_map(Result::transpose).collect()
     }
 
-    fn stored(&self, address: TileAddress) -> Result<Option<Vec<u8>>, TileError> {
+    pub(crate) fn stored(&self, address: TileAddress) -> Result<Option<Vec<u8>>, TileError> {
         self.archive
             .tile(address)
             .map_err(|error| TileError::Unreadable(error.to_string()))
     }
 
     /// Both roots always have one, since every client starts from both.
-    fn quantized_mesh(&self, address: TileAddress, extensions: Extensions) -> Result<QuantizedMesh, TileError> {
+    pub(crate) fn quantized_mesh(
+        &self,
+        address: TileAddress,
+        extensions: Extensions,
+    ) -> Result<QuantizedMesh, TileError> {
         let outside = &self.metadata().outside;
         match self.tile(address)? {
             Some(tile) => {
@@ -210,64 +167,7 @@ impl TileError {
         }
     }
 
-    fn failure(error: impl std::fmt::Display) -> Self {
+    pub(crate) fn failure(error: impl std::fmt::Display) -> Self {
         Self::Failure(Failure::internal(error))
     }
-}
-
-impl TileRequest {
-    /// From the path's last three segments, the query and the headers.
-    pub(crate) fn parse([z, x, file]: [&str; 3], query: &str, headers: &HeaderMap) -> Result<Self, Failure> {
-        let (y, ending) = file.split_once('.').unwrap_or((file, ""));
-        let form = match ending {
-            "spt" => Form::Progressive,
-            "terrain" => Form::QuantizedMesh {
-                extensions: asked_extensions(query, headers),
-                coding: Coding::accepted(headers),
-            },
-            _ => {
-                return Err(Failure::BadRequest(format!(
-                    "tiles end in .terrain or .spt, not in “{file}”"
-                )));
-            }
-        };
-        let numbers = whole_number(z)
-            .and_then(|zoom| u8::try_from(zoom).ok())
-            .zip(whole_number(x))
-            .zip(whole_number(y));
-        let address = numbers.and_then(|((zoom, x), y)| TileAddress::new(zoom, x, y)).ok_or_else(|| {
-            Failure::BadRequest(format!(
-                "{z}/{x}/{file} is no tile: zooms are 0 to 26, zoom z has columns 0 to 2^(z+1) − 1 and rows 0 to 2^z − 1"
-            ))
-        })?;
-        Ok(Self { address, form })
-    }
-
-    pub(crate) fn coding(&self) -> Coding {
-        match self.form {
-            Form::Progressive => Coding::Identity,
-            Form::QuantizedMesh { coding, .. } => coding,
-        }
-    }
-}
-
-/// A number of nothing but digits.
-pub(crate) fn whole_number(text: &str) -> Option<u32> {
-    let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    text.parse().ok().filter(|_| digits)
-}
-
-/// Clients ask for extensions in the query or in any part of their Accept header: `extensions=a-b`.
-fn asked_extensions(query: &str, headers: &HeaderMap) -> Extensions {
-    let accepted = headers
-        .get_all(header::ACCEPT)
-        .into_iter()
-        .filter_map(|value| value.to_str().ok());
-    let lists = accepted
-        .chain([query])
-        .flat_map(|text| text.split("extensions=").skip(1));
-    let names = lists
-        .filter_map(|rest| rest.split([',', ';', '&', ' ']).next())
-        .flat_map(|list| list.split('-'));
-    Extensions::named(names)
 }

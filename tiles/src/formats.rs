@@ -17,6 +17,7 @@ pub mod quantized_mesh;
 pub mod spm;
 pub mod spt;
 pub mod stl;
+pub mod three_d_tiles;
 pub mod x3d;
 
 pub use fields::{DecodeError, LevelLimits};

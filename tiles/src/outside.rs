@@ -73,6 +73,22 @@ impl Outside {
         normal.unwrap_or_else(|| ellipsoid::normal(longitude, latitude))
     }
 
+    /// Its least and greatest height, metres.
+    pub(crate) fn everywhere(&self) -> [f64; 2] {
+        match self {
+            Self::Ellipsoid => [0.0; 2],
+            Self::Geoid { field } | Self::Extend { field } => field.range([0.0; 2], |_, _| true),
+        }
+    }
+
+    /// No narrower than the range of its heights over a tile's square, metres.
+    pub(crate) fn heights_over(&self, address: TileAddress) -> [f64; 2] {
+        match self {
+            Self::Ellipsoid => [0.0; 2],
+            Self::Geoid { field } | Self::Extend { field } => field.range_over(address),
+        }
+    }
+
     /// Whether it goes on from the data, at the heights that these have at their edge.
     pub(crate) fn meets_data(&self) -> bool {
         matches!(self, Self::Extend { .. })
@@ -101,6 +117,44 @@ impl HeightField {
         let [west, south, east, north] = self.bounds;
         let steps = |from: f64, to: f64, nodes: usize| (to - from) / (nodes.max(2) - 1) as f64;
         [steps(west, east, self.columns), steps(south, north, self.rows())]
+    }
+
+    /// Of the heights of those columns and rows that `is_asked` for, and of `others`.
+    fn range(&self, others: [f64; 2], is_asked: impl Fn(usize, usize) -> bool) -> [f64; 2] {
+        let nodes = self.decimetres.iter().enumerate();
+        let asked = nodes.filter(|&(index, _)| is_asked(index % self.columns, index / self.columns));
+        let heights = asked.map(|(_, &height)| f64::from(height) / 10.0);
+        heights.fold(others, |[low, high], height| [low.min(height), high.max(height)])
+    }
+
+    /// Of the nodes in a tile's square and of those next to it.
+    fn range_over(&self, address: TileAddress) -> [f64; 2] {
+        let [step_x, step_y] = self.steps();
+        let half = address.degrees() / 2.0;
+        let middle = [address.west() + half, address.south() + half];
+        let is_near = |column: usize, row: usize| {
+            let across = self.bounds[0] + column as f64 * step_x - middle[0];
+            let across = across - (across / 360.0).round() * 360.0;
+            let up = self.bounds[1] + row as f64 * step_y - middle[1];
+            across.abs() <= half + step_x && up.abs() <= half + step_y
+        };
+        // Beside the grid it is 0.
+        let others = if self.holds(address) {
+            [f64::INFINITY, f64::NEG_INFINITY]
+        } else {
+            [0.0; 2]
+        };
+        self.range(others, is_near)
+    }
+
+    /// Whether all of a tile's square is over the grid.
+    fn holds(&self, address: TileAddress) -> bool {
+        let [west, south, east, north] = self.bounds;
+        let (near, far) = (address.west(), address.west() + address.degrees());
+        let is_across = [0.0, 360.0]
+            .iter()
+            .any(|turn| west <= near + turn && far + turn <= east);
+        is_across && south <= address.south() && address.south() + address.degrees() <= north
     }
 
     /// Metres; 0 beside the grid.

@@ -2,7 +2,8 @@
 
 use super::image::{Encoding, Format};
 use crate::failure::Failure;
-use crate::tileset::{Tileset, whole_number};
+use crate::form::whole_number;
+use crate::tileset::Tileset;
 
 /// Pixels along a side; a tile of 512 covers the square of one of 256.
 pub(super) const SIZES: [u32; 2] = [256, 512];

@@ -269,7 +269,7 @@ pub fn write(out: &mut impl Write, mesh: &DrawnMesh, note: &str) -> io::Result<(
 }
 
 /// The two chunks of a GLB file, each of whole words.
-fn write_chunks(out: &mut impl Write, mut json: Vec<u8>, binary: Vec<u8>) -> io::Result<()> {
+pub(super) fn write_chunks(out: &mut impl Write, mut json: Vec<u8>, binary: Vec<u8>) -> io::Result<()> {
     json.resize(json.len().next_multiple_of(4), b' ');
     let word = |count: usize| u32::try_from(count).map_err(|_| io::Error::other("a .glb file is smaller than 4 GiB"));
     out.write_all(MAGIC)?;

@@ -9,7 +9,7 @@
 //!     ─▶ round heights to a power-of-two step ─▶ normals, bounding sphere, horizon occlusion point ─▶ bytes
 //! ```
 
-mod bounds;
+pub(super) mod bounds;
 mod decode;
 mod encode;
 mod from_tile;
@@ -22,6 +22,7 @@ use glam::DVec3;
 pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
 pub use encode::{Extensions, encode};
 pub use normals::addresses_around;
+pub(super) use normals::shared_normals;
 pub use validate::{Fault, validate};
 
 use crate::address::{Side, TileAddress};

@@ -12,7 +12,7 @@ const SCALE: DVec3 = DVec3::new(1.0 / SEMI_MAJOR, 1.0 / SEMI_MAJOR, 1.0 / SEMI_M
 const FAR: f64 = 1e6;
 
 /// Centre and radius, a hair's breadth rounded up, of a sphere around `positions`: its centre is that of their box.
-pub(super) fn sphere(positions: &[DVec3]) -> (DVec3, f64) {
+pub(in crate::formats) fn sphere(positions: &[DVec3]) -> (DVec3, f64) {
     let infinity = DVec3::splat(f64::INFINITY);
     let (low, high) = positions
         .iter()
@@ -32,7 +32,7 @@ pub(super) fn sphere(positions: &[DVec3]) -> (DVec3, f64) {
 /// In scaled space a viewer whose line of sight touches the unit sphere sees the position P just above the horizon; that
 /// line meets the ray at distance 1 / cos(α + β), α the angle between ray and P, β the angle from P to where the line
 /// touches, cos β = 1 / |P|. A position inside the ellipsoid counts as on it. From 90° on the two never meet.
-pub(super) fn horizon_occlusion_point(toward: DVec3, positions: &[DVec3]) -> DVec3 {
+pub(in crate::formats) fn horizon_occlusion_point(toward: DVec3, positions: &[DVec3]) -> DVec3 {
     let direction = (toward * SCALE).normalize();
     let distance = positions.iter().map(|&position| {
         let scaled = position * SCALE;

@@ -75,7 +75,7 @@ impl<'a> Shaded<'a> {
 
 /// A unit normal, Earth-centred, for each vertex of `mesh`, the finest surface of `tile`; `beside` are the tiles around it, those that
 /// there are.
-pub(super) fn shared_normals(tile: &Tile, mesh: &Mesh, beside: &[Tile]) -> Vec<DVec3> {
+pub(in crate::formats) fn shared_normals(tile: &Tile, mesh: &Mesh, beside: &[Tile]) -> Vec<DVec3> {
     let own = Shaded::new(tile, mesh);
     let along_sides = side_normals(&own, beside);
     let side_normal = |vertex: usize| along_sides.get(&own.places[vertex]).copied();

@@ -1,0 +1,234 @@
+//! Packs: an archive's tiles as files that other programs read without a server.
+//!
+//! ```text
+//! archive ─▶ choose tiles: those above max_zoom that meet bbox, and both roots
+//!         ─▶ each tile, with those around it for its normals ─▶ its file, as the server would send it
+//!         ─▶ a document that names exactly these
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+use anyhow::Context;
+use rayon::prelude::*;
+use serde::Serialize;
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::archive::Reader;
+use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
+use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
+use terrain_tiles::formats::{LevelLimits, spt};
+use terrain_tiles::layer_json::LayerJson;
+use terrain_tiles::metadata::{Metadata, Zoom};
+use terrain_tiles::tile::Tile;
+
+/// What files a pack is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// `layer.json` and `z/x/y.terrain`: quantized-mesh with normals.
+    QuantizedMesh,
+    /// `tileset.json`, `z/x/y.json` and `z/x/y.glb`: the explicit tileset of 3D Tiles.
+    ThreeDTiles,
+}
+
+/// Which tiles go into a pack.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Choice {
+    /// West, south, east, north in degrees that they must meet; east may exceed 180.
+    pub bbox: Option<[f64; 4]>,
+    /// The finest zoom.
+    pub max_zoom: Option<u8>,
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Report {
+    /// Tiles of the pack.
+    pub tiles: usize,
+    /// Files, documents included.
+    pub files: usize,
+    /// Bytes of all files.
+    pub bytes: u64,
+}
+
+/// Writes the `chosen` tiles of `archive` as the folder `output`, which must not be there yet, and is there when it is whole.
+///
+/// # Errors
+/// Where the archive cannot be read, or the folder not be written.
+pub fn write(
+    archive: &Reader,
+    format: Format,
+    chosen: &BTreeSet<TileAddress>,
+    output: &Path,
+) -> anyhow::Result<Report> {
+    let parent = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let parent = parent.unwrap_or(Path::new("."));
+    let part = tempfile::Builder::new().prefix(".pack-").tempdir_in(parent);
+    let part = part.with_context(|| parent.display().to_string())?;
+    let pack = Pack {
+        archive,
+        chosen,
+        folder: part.path().join("whole"),
+        files: AtomicUsize::new(0),
+        bytes: AtomicU64::new(0),
+    };
+    match format {
+        Format::QuantizedMesh => pack.quantized_mesh()?,
+        Format::ThreeDTiles => pack.three_d_tiles()?,
+    }
+    fs::rename(&pack.folder, output).with_context(|| output.display().to_string())?;
+    Ok(Report {
+        tiles: chosen.len(),
+        files: pack.files.into_inner(),
+        bytes: pack.bytes.into_inner(),
+    })
+}
+
+impl Choice {
+    /// The tiles of `archive` that it means.
+    #[must_use]
+    pub fn tiles(&self, archive: &Reader) -> BTreeSet<TileAddress> {
+        let is_chosen = |address: &TileAddress| {
+            self.max_zoom.is_none_or(|zoom| address.zoom <= zoom) && self.bbox.is_none_or(|bbox| meets(*address, bbox))
+        };
+        archive.addresses().filter(is_chosen).collect()
+    }
+}
+
+/// Whether a tile's square meets a box by more than its side.
+fn meets(address: TileAddress, [west, south, east, north]: [f64; 4]) -> bool {
+    let (near, low, side) = (address.west(), address.south(), address.degrees());
+    let is_across = [-360.0, 0.0, 360.0]
+        .iter()
+        .any(|turn| near + turn < east && near + turn + side > west);
+    is_across && low < north && low + side > south
+}
+
+/// A pack while it is written.
+struct Pack<'a> {
+    archive: &'a Reader,
+    chosen: &'a BTreeSet<TileAddress>,
+    folder: PathBuf,
+    files: AtomicUsize,
+    bytes: AtomicU64,
+}
+
+impl Pack<'_> {
+    fn quantized_mesh(&self) -> anyhow::Result<()> {
+        let outside = &self.archive.metadata().outside;
+        let extensions = Extensions {
+            normals: true,
+            measured_triangles: false,
+        };
+        let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
+        let all: BTreeSet<TileAddress> = self.chosen.iter().copied().chain(roots).collect();
+        all.into_par_iter().try_for_each(|address| {
+            let mesh = if self.chosen.contains(&address) {
+                QuantizedMesh::from_tile(&self.tile(address)?, &self.tiles_around(address)?, outside)
+            } else {
+                QuantizedMesh::unmeasured(address, outside)
+            };
+            self.write(
+                &format!("{address}.terrain"),
+                &quantized_mesh::encode(&mesh, extensions),
+            )
+        })?;
+        let name = self.archive.metadata().source.files.join(", ");
+        let layer = LayerJson::new(&name, &format!("{:032x}", self.archive.version()), &self.metadata());
+        self.write("layer.json", &serde_json::to_vec(&layer)?)
+    }
+
+    fn three_d_tiles(&self) -> anyhow::Result<()> {
+        self.chosen.par_iter().try_for_each(|&address| {
+            let surface = TileSurface::measured(&self.tile(address)?, &self.tiles_around(address)?);
+            let file = three_d_tiles::file(&surface, Packing::Plain, self.archive.metadata());
+            self.write(
+                &format!("{address}.glb"),
+                &file.with_context(|| format!("tile {address} is empty"))?,
+            )
+        })?;
+        self.write_document("tileset.json", None)?;
+        let is_root = |address: &&TileAddress| address.zoom > 0 && address.zoom.is_multiple_of(DOCUMENT_ZOOMS);
+        let roots = self.chosen.iter().filter(is_root);
+        roots
+            .copied()
+            .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))
+    }
+
+    fn write_document(&self, path: &str, root: Option<TileAddress>) -> anyhow::Result<()> {
+        let describe = |address| self.describe(address);
+        let document = three_d_tiles::document(root, None, self.archive.metadata(), &describe)?;
+        let document = document.with_context(|| format!("{path} has no tile"))?;
+        self.write(path, document.to_string().as_bytes())
+    }
+
+    fn describe(&self, address: TileAddress) -> anyhow::Result<Option<Described>> {
+        if !self.chosen.contains(&address) {
+            return Ok(None);
+        }
+        let head = spt::decode_head(&self.stored(address)?, &LevelLimits::default())?;
+        Ok(Some(Described {
+            heights: head.heights,
+            error: head.errors[0],
+        }))
+    }
+
+    fn stored(&self, address: TileAddress) -> anyhow::Result<Vec<u8>> {
+        self.archive
+            .tile(address)?
+            .with_context(|| format!("tile {address} is not there"))
+    }
+
+    fn tile(&self, address: TileAddress) -> anyhow::Result<Tile> {
+        spt::decode(&self.stored(address)?, &LevelLimits::default()).with_context(|| format!("tile {address}"))
+    }
+
+    /// Those of the archive, whether they are chosen or not: a pack of a part has the same tiles as one of all.
+    fn tiles_around(&self, address: TileAddress) -> anyhow::Result<Vec<Tile>> {
+        let around = addresses_around(address).into_iter();
+        around
+            .filter(|&other| self.archive.checksum(other).is_some())
+            .map(|other| self.tile(other))
+            .collect()
+    }
+
+    fn write(&self, path: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        let path = self.folder.join(path);
+        let folder = path.parent().unwrap_or(&self.folder);
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+        self.files.fetch_add(1, Ordering::Relaxed);
+        self.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// What the archive says of itself, of the chosen tiles alone.
+    fn metadata(&self) -> Metadata {
+        let whole = self.archive.metadata();
+        let max_zoom = self.chosen.iter().map(|address| address.zoom).max().unwrap_or(0);
+        let of_zoom = |zoom: &Zoom| Zoom {
+            available: rectangles(self.chosen, zoom.zoom),
+            ..zoom.clone()
+        };
+        let zooms = whole.zooms.iter().filter(|zoom| zoom.zoom <= max_zoom);
+        Metadata {
+            max_zoom,
+            zooms: zooms.map(of_zoom).collect(),
+            ..whole.clone()
+        }
+    }
+}
+
+/// The tiles of a zoom as rectangles of one row each.
+fn rectangles(chosen: &BTreeSet<TileAddress>, zoom: u8) -> Vec<[u32; 4]> {
+    let mut rows: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for address in chosen.iter().filter(|address| address.zoom == zoom) {
+        rows.entry(address.y).or_default().push(address.x);
+    }
+    let runs = |(y, columns): (u32, Vec<u32>)| {
+        let runs = columns.chunk_by(|one, next| one + 1 == *next);
+        runs.map(|run| [run[0], y, run[run.len() - 1], y]).collect::<Vec<_>>()
+    };
+    rows.into_iter().flat_map(runs).collect()
+}

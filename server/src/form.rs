@@ -1,0 +1,133 @@
+//! The forms of tiles that clients ask for.
+
+use axum::body::Bytes;
+use axum::http::{HeaderMap, header};
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::formats::quantized_mesh::{self, Extensions};
+
+use crate::coding::Coding;
+use crate::failure::Failure;
+use crate::three_d_tiles::Part;
+use crate::tileset::{TileError, Tileset};
+
+/// In which form a tile is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Form {
+    /// As it is in the archive.
+    Progressive,
+    /// For CesiumJS and others.
+    QuantizedMesh { extensions: Extensions, coding: Coding },
+    /// For clients of 3D Tiles.
+    ThreeDTiles { part: Part, coding: Coding },
+}
+
+/// Which tile is wanted, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct TileRequest {
+    pub(crate) address: TileAddress,
+    pub(crate) form: Form,
+}
+
+impl TileRequest {
+    /// From the path's last three segments, the query and the headers.
+    pub(crate) fn parse([z, x, file]: [&str; 3], query: &str, headers: &HeaderMap) -> Result<Self, Failure> {
+        let (_, ending) = file.split_once('.').unwrap_or((file, ""));
+        let form = match ending {
+            "spt" => Form::Progressive,
+            "terrain" => Form::QuantizedMesh {
+                extensions: asked_extensions(query, headers),
+                coding: Coding::accepted(headers),
+            },
+            _ => {
+                return Err(Failure::BadRequest(format!(
+                    "tiles end in .terrain or .spt, not in “{file}”"
+                )));
+            }
+        };
+        let address = tile_address([z, x, file])?;
+        Ok(Self { address, form })
+    }
+
+    /// Changes exactly when the tile's bytes in this form do, but for their content coding; none where there is no tile.
+    pub(crate) fn tag(&self, tileset: &Tileset) -> Option<String> {
+        let checksum = tileset.checksum(self.address);
+        match self.form {
+            Form::Progressive => checksum.map(|checksum| format!("{checksum:016x}")),
+            Form::ThreeDTiles { part, .. } => part.tag(tileset, self.address),
+            Form::QuantizedMesh { extensions, .. } => {
+                let is_root = self.address.zoom == 0;
+                let own = checksum.or(is_root.then_some(0))?;
+                let checksum = tileset.checksum_with_surroundings(self.address, own);
+                let Extensions {
+                    normals,
+                    measured_triangles,
+                } = extensions;
+                let flags = u8::from(normals) + 2 * u8::from(measured_triangles);
+                // Another program may encode it otherwise.
+                Some(format!(
+                    "{checksum:016x}-{flags}-{}",
+                    env!("CARGO_PKG_VERSION").replace('.', "-")
+                ))
+            }
+        }
+    }
+
+    /// The tile's bytes. Blocks while it reads and encodes.
+    pub(crate) fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError> {
+        match self.form {
+            Form::Progressive => Ok(tileset.stored(self.address)?.ok_or(TileError::Missing)?.into()),
+            Form::QuantizedMesh { extensions, coding } => {
+                let bytes = quantized_mesh::encode(&tileset.quantized_mesh(self.address, extensions)?, extensions);
+                coding.encode(bytes.into()).map_err(TileError::failure)
+            }
+            Form::ThreeDTiles { part, coding } => {
+                let bytes = part.bytes(tileset, self.address)?;
+                coding.encode(bytes.into()).map_err(TileError::failure)
+            }
+        }
+    }
+
+    pub(crate) fn coding(&self) -> Coding {
+        match self.form {
+            Form::Progressive => Coding::Identity,
+            Form::QuantizedMesh { coding, .. } | Form::ThreeDTiles { coding, .. } => coding,
+        }
+    }
+}
+
+/// From zoom, column, and row with an ending.
+pub(crate) fn tile_address([z, x, file]: [&str; 3]) -> Result<TileAddress, Failure> {
+    let y = file.split('.').next().unwrap_or_default();
+    let numbers = whole_number(z)
+        .and_then(|zoom| u8::try_from(zoom).ok())
+        .zip(whole_number(x))
+        .zip(whole_number(y));
+    numbers
+        .and_then(|((zoom, x), y)| TileAddress::new(zoom, x, y))
+        .ok_or_else(|| {
+            Failure::BadRequest(format!(
+                "{z}/{x}/{file} is no tile: zooms are 0 to 26, zoom z has columns 0 to 2^(z+1) − 1 and rows 0 to 2^z − 1"
+            ))
+        })
+}
+
+/// A number of nothing but digits.
+pub(crate) fn whole_number(text: &str) -> Option<u32> {
+    let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|_| digits)
+}
+
+/// Clients ask for extensions in the query or in any part of their Accept header: `extensions=a-b`.
+fn asked_extensions(query: &str, headers: &HeaderMap) -> Extensions {
+    let accepted = headers
+        .get_all(header::ACCEPT)
+        .into_iter()
+        .filter_map(|value| value.to_str().ok());
+    let lists = accepted
+        .chain([query])
+        .flat_map(|text| text.split("extensions=").skip(1));
+    let names = lists
+        .filter_map(|rest| rest.split([',', ';', '&', ' ']).next())
+        .flat_map(|list| list.split('-'));
+    Extensions::named(names)
+}

@@ -1,0 +1,133 @@
+//! The parts of both tilesets, each made on request.
+
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::formats::quantized_mesh::Extensions;
+use terrain_tiles::formats::three_d_tiles::{self as format, Described, Packing, Squares, TileSurface};
+use terrain_tiles::formats::{LevelLimits, spt};
+
+use crate::failure::Failure;
+use crate::tileset::{TileError, Tileset};
+
+/// What of a tileset is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Part {
+    /// The first document of the explicit tileset.
+    Explicit,
+    /// The document below a tile.
+    Document,
+    /// A tile, as far as it is measured.
+    Measured(Packing),
+    /// The document of the implicit tileset.
+    Implicit,
+    /// The subtree below a tile.
+    Subtree,
+    /// A tile, completed to its whole square.
+    Whole,
+}
+
+impl Part {
+    pub(crate) fn content_type(self) -> &'static str {
+        match self {
+            Self::Explicit | Self::Document | Self::Implicit => "application/json",
+            Self::Measured(_) | Self::Whole => "model/gltf-binary",
+            Self::Subtree => "application/octet-stream",
+        }
+    }
+
+    /// Changes exactly when the bytes of a part do, or another program is asked; none where there is no such part.
+    pub(crate) fn tag(self, tileset: &Tileset, address: TileAddress) -> Option<String> {
+        let checksum = tileset.checksum(address);
+        let kind = match self {
+            Self::Explicit => "e",
+            Self::Implicit => "i",
+            Self::Document => "d",
+            Self::Subtree => "s",
+            Self::Measured(Packing::Plain) => "m",
+            Self::Whole => "w",
+        };
+        let content = match self {
+            Self::Explicit | Self::Implicit => tileset.version.clone(),
+            Self::Document => checksum.map(|_| tileset.version.clone())?,
+            Self::Subtree => checksum
+                .or((address.zoom == 0).then_some(0))
+                .map(|_| tileset.version.clone())?,
+            Self::Measured(_) => format!("{:016x}", tileset.checksum_with_surroundings(address, checksum?)),
+            Self::Whole => {
+                let own = checksum.or((address.zoom == 0).then_some(0))?;
+                format!("{:016x}", tileset.checksum_with_surroundings(address, own))
+            }
+        };
+        Some(format!(
+            "{content}-{kind}-{}",
+            env!("CARGO_PKG_VERSION").replace('.', "-")
+        ))
+    }
+
+    /// The bytes of a part. Blocks while it reads and encodes.
+    pub(crate) fn bytes(self, tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> {
+        match self {
+            Self::Explicit => document(tileset, None),
+            Self::Document => document(tileset, Some(address)),
+            Self::Measured(packing) => measured(tileset, address, packing),
+            Self::Implicit => Ok(format::tileset(&tileset.version, tileset.metadata())
+                .to_string()
+                .into_bytes()),
+            Self::Subtree => subtree(tileset, address),
+            Self::Whole => whole(tileset, address),
+        }
+    }
+}
+
+fn document(tileset: &Tileset, root: Option<TileAddress>) -> Result<Vec<u8>, TileError> {
+    let describe = |address| describe(tileset, address);
+    let document = format::document(root, Some(&tileset.version), tileset.metadata(), &describe)?;
+    document
+        .map(|document| document.to_string().into_bytes())
+        .ok_or(TileError::Missing)
+}
+
+/// What stands before a tile's levels.
+fn describe(tileset: &Tileset, address: TileAddress) -> Result<Option<Described>, TileError> {
+    let Some(bytes) = tileset.stored(address)? else {
+        return Ok(None);
+    };
+    let head = spt::decode_head(&bytes, &LevelLimits::default())
+        .map_err(|error| Failure::internal(format!("tile {address}: {error}")))?;
+    Ok(Some(Described {
+        heights: head.heights,
+        error: head.errors[0],
+    }))
+}
+
+fn measured(tileset: &Tileset, address: TileAddress, packing: Packing) -> Result<Vec<u8>, TileError> {
+    let tile = tileset.tile(address)?.ok_or(TileError::Missing)?;
+    let surface = TileSurface::measured(&tile, &tileset.tiles_around(address)?);
+    glb(tileset, &surface, packing)
+}
+
+fn whole(tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> {
+    let mesh = tileset.quantized_mesh(
+        address,
+        Extensions {
+            normals: true,
+            measured_triangles: false,
+        },
+    )?;
+    glb(tileset, &TileSurface::whole_square(&mesh, address), Packing::Plain)
+}
+
+fn glb(tileset: &Tileset, surface: &TileSurface, packing: Packing) -> Result<Vec<u8>, TileError> {
+    format::file(surface, packing, tileset.metadata()).ok_or(TileError::Missing)
+}
+
+fn subtree(tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> {
+    let describe = |address| {
+        let described = describe(tileset, address)?;
+        Ok::<_, TileError>(described.map(|described| (described.heights, described.error)))
+    };
+    let squares = Squares {
+        outside: &tileset.metadata().outside,
+        describe,
+    };
+    format::subtree(address, tileset.metadata().max_zoom, &squares)?.ok_or(TileError::Missing)
+}

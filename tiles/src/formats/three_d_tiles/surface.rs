@@ -1,0 +1,97 @@
+//! What of a tile is drawn, in space.
+
+use glam::DVec3;
+
+use crate::address::TileAddress;
+use crate::ellipsoid::{normal, to_earth_centred};
+use crate::formats::quantized_mesh::{QuantizedMesh, oct_decode, shared_normals};
+use crate::tile::Tile;
+
+/// Finer than by a 2^11th of a metre positions are never told: a tile of 8 km with all its relief then fits in single precision.
+const FINEST_STEP_ZOOM: u8 = 11;
+
+/// A surface in space whose positions are whole numbers of [`TileSurface::step`] from the Earth's centre: tiles of one zoom have them
+/// from one lattice, and meet without a crack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileSurface {
+    /// Metres that positions are multiples of, along each axis: a power of two.
+    pub step: f64,
+    /// Earth-centred metres.
+    pub positions: Vec<DVec3>,
+    /// As many Earth-centred unit normals.
+    pub normals: Vec<DVec3>,
+    /// Three vertices a triangle, counter-clockwise seen from above.
+    pub triangles: Vec<[u32; 3]>,
+    /// Vertices on each side, in the order of [`Side::ALL`](crate::address::Side::ALL), each list clockwise around the tile; none of a
+    /// surface that does not cover the tile's square.
+    pub sides: Option<[Vec<u32>; 4]>,
+    /// How far the source may be from the triangles, in metres along the vertical, certified; none where nobody has certified it.
+    pub error: Option<f64>,
+}
+
+impl TileSurface {
+    /// The finest surface of `tile`, no more. Normals along its sides are made from `beside`, too: the tiles around it that there are.
+    #[must_use]
+    pub fn measured(tile: &Tile, beside: &[Tile]) -> Self {
+        let mesh = tile.surface(tile.finest());
+        let exact: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
+        let step = step(tile.address);
+        let ups: Vec<DVec3> = mesh
+            .positions
+            .iter()
+            .map(|&at| tile.geodetic(at))
+            .map(|place| normal(place.longitude, place.latitude))
+            .collect();
+        let surface = Self {
+            step,
+            positions: rounded(&exact, step),
+            normals: shared_normals(tile, &mesh, beside),
+            triangles: mesh.triangles,
+            sides: None,
+            error: None,
+        };
+        let error = tile.finest_error() + surface.rounding_error(&ups);
+        Self {
+            error: error.is_finite().then_some(error),
+            ..surface
+        }
+    }
+
+    /// All of the square at `address`, as `mesh` completes it.
+    #[must_use]
+    pub fn whole_square(mesh: &QuantizedMesh, address: TileAddress) -> Self {
+        let places = (0..mesh.vertices.len()).map(|index| mesh.geodetic(address, index));
+        let exact: Vec<DVec3> = places.map(to_earth_centred).collect();
+        let normals = mesh.normals.iter().flatten().map(|&bytes| oct_decode(bytes));
+        let step = step(address);
+        Self {
+            step,
+            positions: rounded(&exact, step),
+            normals: normals.collect(),
+            triangles: mesh.triangles.clone(),
+            sides: Some(mesh.edges.clone()),
+            error: None,
+        }
+    }
+
+    /// How far along the vertical rounding may have moved a triangle: half a step's diagonal across it, which is more the steeper it
+    /// is. `ups` are the ellipsoid's normals at the vertices.
+    fn rounding_error(&self, ups: &[DVec3]) -> f64 {
+        let upwards = |&[a, b, c]: &[u32; 3]| {
+            let [p, q, r] = [a, b, c].map(|vertex| self.positions[vertex as usize]);
+            let across = (q - p).cross(r - p).normalize_or_zero();
+            across.dot(ups[a as usize])
+        };
+        let flattest = self.triangles.iter().map(upwards).fold(1.0, f64::min);
+        self.step * 3.0_f64.sqrt() / 2.0 / flattest.max(0.0)
+    }
+}
+
+/// A metre at zoom 0, halved a zoom downwards.
+fn step(address: TileAddress) -> f64 {
+    (-f64::from(address.zoom.min(FINEST_STEP_ZOOM))).exp2()
+}
+
+fn rounded(exact: &[DVec3], step: f64) -> Vec<DVec3> {
+    exact.iter().map(|&at| (at / step).round() * step).collect()
+}

@@ -1,0 +1,336 @@
+//! Files and documents against what they are made from, read by code that shares nothing with what writes them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
+
+use glam::DVec3;
+use serde_json::{Value, json};
+use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
+
+use super::{Described, Packing, Squares, TileSurface, document, file, subtree};
+use crate::address::TileAddress;
+use crate::formats::quantized_mesh::QuantizedMesh;
+use crate::outside::Outside;
+use crate::tile::{Lineage, Tile};
+
+/// A bumpy surface of 9 × 9 vertices over the whole square, alike where tiles meet.
+fn tile(address: TileAddress) -> Tile {
+    let height = |column: u32, row: u32| {
+        let (x, y) = (address.x * 8 + column, address.y * 8 + row);
+        f64::from(x * 37 % 101 + y * 53 % 89) * 4.0
+    };
+    let vertex = |index: u32| {
+        let (column, row) = (index % 9, index / 9);
+        DVec3::new(f64::from(column) * 128.0, f64::from(row) * 128.0, height(column, row))
+    };
+    let cell = |index: u32| {
+        let corner = index / 8 * 9 + index % 8;
+        [[corner, corner + 1, corner + 10], [corner, corner + 10, corner + 9]]
+    };
+    let mesh = Mesh {
+        positions: (0..81).map(vertex).collect(),
+        triangles: (0..64).flat_map(cell).collect(),
+    };
+    let log = CollapseLog {
+        collapses: Vec::new(),
+        bands: vec![Band { end: 0, error: 2.5 }; 4],
+    };
+    Tile {
+        address,
+        extent_bits: 10,
+        height_exponent: 0,
+        sampling: None,
+        lineage: Lineage::default(),
+        partition: SurfacePartition::from_log(&mesh, &log, 2.5).unwrap(),
+        outline_errors: vec![0.0; 5],
+    }
+}
+
+fn at(zoom: u8, x: u32, y: u32) -> TileAddress {
+    TileAddress::new(zoom, x, y).unwrap()
+}
+
+/// A GLB file, read as Khronos describes it and placed as OGC does: Earth-centred positions and normals, and triangles.
+struct Placed {
+    description: Value,
+    binary: Vec<u8>,
+}
+
+impl Placed {
+    fn read(bytes: &[u8]) -> Self {
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+        assert_eq!((&bytes[..4], word(4), word(8)), (b"glTF".as_slice(), 2, bytes.len()));
+        let text = word(12);
+        assert_eq!(&bytes[16..20], b"JSON");
+        assert_eq!(&bytes[20 + text + 4..20 + text + 8], b"BIN\0");
+        Self {
+            description: serde_json::from_slice(&bytes[20..20 + text]).unwrap(),
+            binary: bytes[20 + text + 8..].to_vec(),
+        }
+    }
+
+    fn bytes(&self, accessor: &Value, size: usize) -> &[u8] {
+        let accessor = &self.description["accessors"][accessor.as_u64().unwrap() as usize];
+        let view = &self.description["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let start = view["byteOffset"].as_u64().unwrap() as usize;
+        let length = accessor["count"].as_u64().unwrap() as usize * size;
+        assert_eq!(view["byteLength"], length);
+        &self.binary[start..start + length]
+    }
+
+    fn vectors(&self, semantic: &str) -> Vec<DVec3> {
+        let accessor = &self.description["meshes"][0]["primitives"][0]["attributes"][semantic];
+        let numbers: Vec<f64> = self
+            .bytes(accessor, 12)
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|bytes| f64::from(f32::from_le_bytes(*bytes)))
+            .collect();
+        numbers
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|vector| DVec3::from_array(*vector))
+            .collect()
+    }
+
+    fn indices(&self, accessor: &Value) -> Vec<u32> {
+        let bytes = self.bytes(accessor, 2).as_chunks::<2>().0;
+        bytes
+            .iter()
+            .map(|bytes| u32::from(u16::from_le_bytes(*bytes)))
+            .collect()
+    }
+
+    /// By the node's matrix, and from y upwards to z upwards.
+    fn placed(&self, vector: DVec3, is_place: f64) -> DVec3 {
+        let numbers = self.description["nodes"][0]["matrix"].as_array().unwrap();
+        let number = |index: usize| numbers[index].as_f64().unwrap();
+        let row = |axis: usize| {
+            vector.x * number(axis)
+                + vector.y * number(4 + axis)
+                + vector.z * number(8 + axis)
+                + is_place * number(12 + axis)
+        };
+        DVec3::new(row(0), -row(2), row(1))
+    }
+
+    fn positions(&self) -> Vec<DVec3> {
+        self.vectors("POSITION")
+            .iter()
+            .map(|&at| self.placed(at, 1.0))
+            .collect()
+    }
+
+    fn normals(&self) -> Vec<DVec3> {
+        self.vectors("NORMAL")
+            .iter()
+            .map(|&normal| self.placed(normal, 0.0))
+            .collect()
+    }
+}
+
+fn measured(address: TileAddress, beside: &[TileAddress]) -> Placed {
+    let beside: Vec<Tile> = beside.iter().map(|&address| tile(address)).collect();
+    let surface = TileSurface::measured(&tile(address), &beside);
+    Placed::read(&file(&surface, Packing::Plain, &metadata()).unwrap())
+}
+
+#[test]
+fn vertices_are_where_the_tile_has_them_within_the_step_of_their_zoom() {
+    for address in [at(0, 1, 0), at(3, 5, 6), at(12, 3001, 2730)] {
+        let tile = tile(address);
+        let mesh = tile.surface(tile.finest());
+        let positions = measured(address, &[]).positions();
+        let half_diagonal = 0.5_f64.powi(i32::from(address.zoom.min(11)) + 1) * 3.0_f64.sqrt();
+        for (&lattice, placed) in mesh.positions.iter().zip(&positions) {
+            let distance = tile.earth_centred(lattice).distance(*placed);
+            assert!(distance <= half_diagonal, "{address}: {distance} m");
+        }
+        assert_eq!(positions.len(), mesh.positions.len());
+    }
+}
+
+#[test]
+fn neighbours_have_the_same_positions_and_normals_along_their_side_to_the_bit() {
+    let (west, east) = (at(10, 300, 700), at(10, 301, 700));
+    let bits = |one: TileAddress, other: TileAddress| -> BTreeMap<[u64; 3], [u64; 3]> {
+        let placed = measured(one, &[other]);
+        let key = |vector: DVec3| vector.to_array().map(f64::to_bits);
+        let pairs = placed.positions().into_iter().zip(placed.normals());
+        pairs.map(|(position, normal)| (key(position), key(normal))).collect()
+    };
+    let (ours, theirs) = (bits(west, east), bits(east, west));
+    let shared: Vec<_> = ours.iter().filter(|(place, _)| theirs.contains_key(*place)).collect();
+    assert_eq!(shared.len(), 9);
+    let alike = shared.iter().filter(|(place, normal)| theirs[*place] == **normal);
+    // Corners meet other tiles, too, which are not given here; but both are given the same.
+    assert_eq!(alike.count(), 9);
+}
+
+#[test]
+fn the_error_has_room_for_rounding_and_grows_where_it_is_steep() {
+    let error = |address| TileSurface::measured(&tile(address), &[]).error.unwrap();
+    let flat = 2.5 + 0.5_f64.powi(11) * 3.0_f64.sqrt() / 2.0;
+    assert!(error(at(11, 300, 1000)) > flat && error(at(11, 300, 1000)) < 2.51);
+    assert!(error(at(20, 300_000, 600_000)) > error(at(11, 300, 1000)));
+}
+
+#[test]
+fn a_whole_square_lists_the_vertices_of_its_sides() {
+    let address = at(9, 200, 300);
+    let mesh = QuantizedMesh::from_tile(&tile(address), &[], &Outside::Ellipsoid);
+    let surface = TileSurface::whole_square(&mesh, address);
+    let placed = Placed::read(&file(&surface, Packing::Plain, &metadata()).unwrap());
+    let sides = &placed.description["meshes"][0]["primitives"][0]["extensions"]["CESIUM_tile_edges"];
+    let positions = placed.positions();
+    let degrees = |vertex: u32| {
+        let place = crate::ellipsoid::to_geodetic(positions[vertex as usize]);
+        [place.longitude, place.latitude]
+    };
+    let (near, far) = ([address.west(), address.south()], address.degrees());
+    for (name, axis, value, grows) in [
+        ("left", 0, near[0], true),
+        ("bottom", 1, near[1], false),
+        ("right", 0, near[0] + far, false),
+        ("top", 1, near[1] + far, true),
+    ] {
+        let places: Vec<[f64; 2]> = placed.indices(&sides[name]).into_iter().map(degrees).collect();
+        assert_eq!(places.len(), 9, "{name}");
+        assert!(places.iter().all(|place| (place[axis] - value).abs() < 1e-7), "{name}");
+        assert!(
+            places.is_sorted_by(|a, b| (a[1 - axis] < b[1 - axis]) == grows),
+            "{name}"
+        );
+    }
+}
+
+/// Tiles of zooms 0 to `last` that hold a place.
+fn column_of_tiles(last: u8) -> BTreeSet<TileAddress> {
+    (0..=last)
+        .map(|zoom| at(zoom, 777 >> (9 - zoom), 300 >> (9 - zoom)))
+        .collect()
+}
+
+fn metadata() -> crate::metadata::Metadata {
+    crate::metadata::Metadata {
+        max_zoom: 9,
+        heights: [0.0, 760.0],
+        ..crate::archive::tests::metadata()
+    }
+}
+
+#[test]
+fn documents_name_every_tile_once_and_no_error_or_region_is_less_than_one_below() {
+    let tiles = column_of_tiles(9);
+    let describe = |address: TileAddress| {
+        let error = 1000.0 / f64::from(1_u32 << address.zoom);
+        Ok::<_, Infallible>(tiles.contains(&address).then_some(Described {
+            heights: [0.0, 700.0],
+            error,
+        }))
+    };
+    let mut named = Vec::new();
+    let mut open = vec![None];
+    while let Some(root) = open.pop() {
+        let Ok(document) = document(root, Some("v1"), &metadata(), &describe);
+        let document = document.unwrap();
+        assert_eq!(document["asset"]["version"], "1.1");
+        let mut tiles = vec![document["root"].clone()];
+        while let Some(tile) = tiles.pop() {
+            let number = |value: &Value, index: usize| value["boundingVolume"]["region"][index].as_f64().unwrap();
+            for child in tile["children"].as_array().into_iter().flatten() {
+                assert!(child["geometricError"].as_f64() <= tile["geometricError"].as_f64());
+                assert!([0, 1, 4].iter().all(|&i| number(child, i) >= number(&tile, i)));
+                assert!([2, 3, 5].iter().all(|&i| number(child, i) <= number(&tile, i)));
+                tiles.push(child.clone());
+            }
+            let Some(uri) = tile["content"]["uri"].as_str() else {
+                continue;
+            };
+            let path = uri.trim_start_matches("../").strip_suffix("?v=v1").unwrap();
+            let (path, ending) = path.rsplit_once('.').unwrap();
+            let numbers: Vec<u32> = path.split('/').map(|number| number.parse().unwrap()).collect();
+            let address = at(numbers[0] as u8, numbers[1], numbers[2]);
+            if ending == "json" {
+                open.push(Some(address));
+            } else {
+                named.push(address);
+            }
+        }
+    }
+    named.sort_unstable();
+    assert_eq!(named, tiles.into_iter().collect::<Vec<_>>());
+}
+
+#[test]
+fn subtrees_tell_of_every_tile_in_morton_order_and_bound_what_is_in_it() {
+    let tiles = column_of_tiles(9);
+    let describe = |address: TileAddress| Ok::<_, Infallible>(tiles.contains(&address).then_some(([0.0, 760.0], 1.0)));
+    let squares = Squares {
+        outside: &Outside::Ellipsoid,
+        describe,
+    };
+    let top = at(0, 1, 0);
+    let Ok(bytes) = subtree(top, 9, &squares);
+    let bytes = bytes.unwrap();
+    assert_eq!(&bytes[..8], b"subt\x01\0\0\0");
+    let length = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    let (text, binary) = bytes[24..].split_at(length(8));
+    assert_eq!((text.len() % 8, binary.len()), (0, length(16)));
+    let description: Value = serde_json::from_slice(text).unwrap();
+    let view = |index: &Value| {
+        let view = &description["bufferViews"][index.as_u64().unwrap() as usize];
+        let start = view["byteOffset"].as_u64().unwrap() as usize;
+        assert_eq!(start % 8, 0);
+        &binary[start..start + view["byteLength"].as_u64().unwrap() as usize]
+    };
+    let bits = view(&description["tileAvailability"]["bitstream"]);
+    assert_eq!(bits.len(), ((4_usize.pow(7) - 1) / 3).div_ceil(8));
+    let is_set = |bits: &[u8], index: usize| bits[index / 8] >> (index % 8) & 1 == 1;
+    // Morton: bits of x and y in turn, as the specification has it.
+    let place = |address: TileAddress| {
+        let first = (4_usize.pow(u32::from(address.zoom)) - 1) / 3;
+        let x = address.x - (1 << address.zoom);
+        first
+            + (0..7)
+                .map(|bit| ((x >> bit & 1) << (2 * bit) | (address.y >> bit & 1) << (2 * bit + 1)) as usize)
+                .sum::<usize>()
+    };
+    let expected: BTreeSet<usize> = tiles
+        .iter()
+        .filter(|tile| tile.zoom < 7)
+        .map(|&tile| place(tile))
+        .collect();
+    let set: BTreeSet<usize> = (0..bits.len() * 8).filter(|&index| is_set(bits, index)).collect();
+    assert_eq!(
+        (set, &description["tileAvailability"]["availableCount"]),
+        (expected, &json!(7))
+    );
+    let children = view(&description["childSubtreeAvailability"]["bitstream"]);
+    let set = (0..children.len() * 8).filter(|&index| is_set(children, index));
+    let child = column_of_tiles(7).into_iter().last().unwrap();
+    assert_eq!(set.collect::<Vec<_>>(), [place(child) - (4_usize.pow(7) - 1) / 3]);
+    let table = &description["propertyTables"][0]["properties"];
+    let numbers: Vec<f64> = view(&table["boundingSphere"]["values"])
+        .as_chunks::<8>()
+        .0
+        .iter()
+        .map(|bytes| f64::from_le_bytes(*bytes))
+        .collect();
+    for (sphere, &address) in numbers.as_chunks::<4>().0.iter().zip(&tiles) {
+        let center = DVec3::from_slice(&sphere[..3]);
+        let tile = tile(address);
+        let mut distances = tile
+            .surface(tile.finest())
+            .positions
+            .into_iter()
+            .map(|at| tile.earth_centred(at).distance(center));
+        assert!(distances.all(|distance| distance <= sphere[3]), "{address}");
+    }
+    let Ok(none) = subtree(at(7, 0, 0), 9, &squares);
+    assert_eq!(none, None);
+    let Ok(empty_root) = subtree(at(0, 0, 0), 9, &squares);
+    assert!(empty_root.is_some(), "both roots are always there");
+}
