@@ -11,6 +11,7 @@
 
 mod address;
 mod fill;
+mod gradients;
 mod image;
 
 use std::sync::Arc;
@@ -23,6 +24,7 @@ use axum::response::Response;
 use axum::routing::get;
 use serde::Deserialize;
 use serde_json::json;
+use terrain_tiles::address::TileAddress;
 
 use crate::answer::Description;
 use crate::bodies::Key;
@@ -31,10 +33,10 @@ use crate::failure::Failure;
 use crate::heights::{Heights, Place, Status};
 use crate::service::Service;
 use crate::tiles::json_document;
-use crate::tileset::{TileError, Tileset};
+use crate::tileset::{TileError, Tileset, whole_number};
 pub(crate) use address::RasterRequest;
 use address::{LATITUDES, MercatorTile};
-pub(crate) use image::Encoding;
+pub(crate) use image::{Encoding, Format};
 
 /// Rounding takes no more than this part of the surface's error.
 const PART_OF_ERROR: f64 = 0.25;
@@ -47,6 +49,7 @@ pub(crate) fn routes() -> Router<Service> {
         .route("/{name}/mapbox.json", get(mapbox_json))
         .route("/{name}/terrarium/{z}/{x}/{file}", get(terrarium))
         .route("/{name}/mapbox/{z}/{x}/{file}", get(mapbox))
+        .route("/{name}/gradients/{z}/{x}/{file}", get(normals))
 }
 
 /// What may be asked of TileJSON.
@@ -96,6 +99,35 @@ async fn mapbox(state: State<Service>, path: Path<[String; 4]>, request: Request
         Encoding::Mapbox,
     )
     .await
+}
+
+/// Normals of the square of one of our own tiles; its rows count from the south, as theirs.
+async fn normals(
+    State(service): State<Service>,
+    Path([name, z, x, file]): Path<[String; 4]>,
+    request: Request,
+) -> Result<Response, Failure> {
+    let tileset = service.find(&name)?;
+    let (y, ending) = file.split_once('.').unwrap_or((&file, ""));
+    let format = image::Format::named(ending)?;
+    let missing = || format!("tileset “{name}” has no normals {z}/{x}/{file}");
+    let zoom = whole_number(&z).and_then(|zoom| u8::try_from(zoom).ok());
+    let address = zoom.zip(whole_number(&x)).zip(whole_number(y));
+    let address = address.and_then(|((zoom, x), y)| TileAddress::new(zoom, x, y));
+    let address = address.filter(|&address| tileset.has(address));
+    let address = address.ok_or_else(|| Failure::NotFound(missing()))?;
+    let TileAddress { zoom, x, y } = address;
+    let tag = format!("{}-gradients-{zoom}-{x}-{y}-{}", &tileset.version[..16], format.name());
+    let description = Description::new(format.content_type(), &tag, Coding::Identity)
+        .immutable(tileset.is_named_in(request.uri().query().unwrap_or_default()));
+    if let Some(response) = description.not_modified(request.headers()) {
+        return Ok(response);
+    }
+    let key = Key::Gradients(tileset.generation, address, format);
+    let heights = service.heights.clone();
+    let draw = move || gradients::draw(&heights, &tileset, address, format);
+    let body = service.bodies.get(key, draw).await;
+    Ok(description.respond(request.headers(), body.map_err(|error| error.answered(missing))?))
 }
 
 async fn tile_json(

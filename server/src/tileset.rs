@@ -102,6 +102,11 @@ impl Tileset {
             .any(|part| part.strip_prefix("v=") == Some(&self.version))
     }
 
+    /// Whether there is a tile.
+    pub(crate) fn has(&self, address: TileAddress) -> bool {
+        self.archive.checksum(address).is_some()
+    }
+
     /// Changes exactly when the tile's bytes in `form` do, but for their content coding; none where there is no tile.
     pub(crate) fn tag(&self, request: &TileRequest) -> Option<String> {
         let checksum = self.archive.checksum(request.address);
