@@ -165,7 +165,7 @@ async function startAnew() {
 
 test("far away the terrain is not lost in haze", async () => {
   await startAnew();
-  await turnWheel(12, 100);
+  await turnWheel(25, 100);
   await settledStats();
   const { groundShare } = describe(await pixels());
   assert.ok(groundShare > 0.005, `${groundShare} of the picture is ground`);
