@@ -252,6 +252,21 @@ test("light by normals changes the picture, not the triangles", async () => {
   assert.equal(plain.triangles, fine.triangles);
 });
 
+test("what was drawn stays while the server is away, and goes on when it is back", async () => {
+  const shaken = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  let answered = 0;
+  await shaken.route("**/*.spt*", (route) => (++answered > 8 ? route.abort() : route.continue()));
+  await shaken.goto(process.env.TERRAIN_URL);
+  await shaken.waitForSelector("#message:not([hidden])");
+  assert.ok((await shaken.evaluate(() => window.terrain.stats())).tiles > 0, "something is drawn");
+  await shaken.unroute("**/*.spt*");
+  await shaken.waitForSelector("#message", { state: "hidden" });
+  await shaken.evaluate(() => window.terrain.settled());
+  const stats = await shaken.evaluate(() => window.terrain.stats());
+  await shaken.close();
+  assert.ok(stats.triangles > 1000, JSON.stringify(stats));
+});
+
 test("a missing server is told in a line", async () => {
   const lost = await browser.newPage();
   await lost.route("**/tilesets", (route) => route.abort());
