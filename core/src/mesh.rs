@@ -1,6 +1,6 @@
 //! A triangle mesh as two flat arrays, and the one validator that every mesh passes.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use glam::DVec3;
 use thiserror::Error;
@@ -98,15 +98,22 @@ pub fn validate_topology(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<
     Ok(())
 }
 
-/// Directed edges that run along one triangle alone: the surface is to their left.
+/// Directed edges that run along one triangle alone: the surface is to their left. Sorted by their ends.
 #[must_use]
 pub fn boundary_edges(triangles: &[[u32; 3]]) -> Vec<(u32, u32)> {
     let edges = |&[a, b, c]: &[u32; 3]| [(a, b), (b, c), (c, a)];
-    let all: HashSet<(u32, u32)> = triangles.iter().flat_map(edges).collect();
-    triangles
+    let mut all: Vec<((u32, u32), bool)> = triangles
         .iter()
         .flat_map(edges)
-        .filter(|&(a, b)| !all.contains(&(b, a)))
+        .map(|(a, b)| ((a.min(b), a.max(b)), a < b))
+        .collect();
+    all.sort_unstable();
+    let alone = all.chunk_by(|a, b| a.0 == b.0).filter(|edges| edges.len() == 1);
+    alone
+        .map(|edges| match edges[0] {
+            (ends, true) => ends,
+            ((a, b), false) => (b, a),
+        })
         .collect()
 }
 

@@ -19,8 +19,10 @@ use terrain_tiles::ellipsoid::MEAN_RADIUS;
 use crate::lattice::{Edge, Lattice, STRIP};
 use crate::raster_outline::{BorderSource, crossing, is_bounded};
 
-/// Places beside a side that may tell whether there is surface, four strips' widths apart.
+/// Places beside a side that may tell whether there is surface.
 const PLACES_ACROSS: i32 = 12;
+/// Lattice units between them.
+const PLACE_APART: f64 = (4 * STRIP) as f64;
 
 /// A side's runs from its start to its end.
 #[derive(Clone, Debug, Default)]
@@ -161,14 +163,17 @@ impl BorderSource<'_> {
 
     /// Whether there is surface next to a place on the side, west or south of it or else east or north.
     fn is_surface(&self, edge: Edge, steps: &[[[i64; 2]; 2]], along: f64, positive: bool) -> bool {
-        is_bounded(steps, along, positive).unwrap_or_else(|| {
+        // Steps are known in cells around the side. Beside a pole these reach over many meridians, but not over all: what is across
+        // from the place far away may have steps before it that are not known.
+        let reach = f64::from(PLACES_ACROSS) * PLACE_APART;
+        is_bounded(steps, along, positive, reach).unwrap_or_else(|| {
             // No outline is across from the place, so that any point there tells, the farthest from all steps best.
             let from_steps = |sideways: &f64| {
                 let at = DVec2::new(*sideways, along);
                 let distances = steps.iter().map(|step| distance_to_step(at, step));
                 distances.fold(f64::INFINITY, f64::min)
             };
-            let places = (1..=PLACES_ACROSS).map(|number| f64::from(number) * (4 * STRIP) as f64);
+            let places = (1..=PLACES_ACROSS).map(|number| f64::from(number) * PLACE_APART);
             let sideways = places.map(|place| if positive { place } else { -place });
             let best = sideways.max_by(|a, b| {
                 from_steps(a)

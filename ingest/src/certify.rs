@@ -36,7 +36,8 @@ use worst::Worst;
 
 /// Metres by which a sample may lie beside a triangle and still be taken as covered by it.
 const BESIDE: f64 = 1e-3;
-/// Metres below which a triangle is a line as seen from above, as where two corners are at a pole: its edges say all.
+/// Metres below which a triangle is a line as seen from above, as where two corners are at a pole: its edges say all. Beside a pole,
+/// and in strips, there are triangles that are turned over; they are measured like others.
 const THINNEST: f64 = 1e-6;
 /// Cells around a triangle that is straight on the grid where samples may be covered by it.
 const AROUND: f64 = 0.02;
@@ -219,11 +220,14 @@ impl<'a> Measure<'a> {
 
     /// Takes the samples under a triangle into account.
     fn triangle(&mut self, corners: [u32; 3]) {
-        let [a, b, c] = corners.map(|corner| self.places[corner as usize]);
-        let normal = (b.space - a.space).cross(c.space - a.space);
+        let [a, mut b, mut c] = corners.map(|corner| self.places[corner as usize]);
+        let mut normal = (b.space - a.space).cross(c.space - a.space);
         let longest = (b.space - a.space).length().max((c.space - a.space).length());
-        if normal.dot(a.up) <= THINNEST * longest {
+        if normal.dot(a.up).abs() <= THINNEST * longest {
             return;
+        }
+        if normal.dot(a.up) < 0.0 {
+            (b, c, normal) = (c, b, -normal);
         }
         let edges = self.edges_of(corners);
         let plane = Plane {

@@ -126,7 +126,8 @@ pub(crate) struct BuildArgs {
 #[derive(Args)]
 pub(crate) struct TileArgs {
     /// Largest error of the finest tiles, in metres, doubled a zoom upwards. If not given, an eighth of the shorter side of a
-    /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m.
+    /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m, and 200 m at
+    /// most, or what cells of a degree and more bend away from the Earth.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
     /// What CesiumJS and its kin see where nothing was measured, around the data and in their holes.

@@ -195,3 +195,13 @@ fn around_a_pole_places_are_those_of_proj_seen_from_any_longitude() {
         }
     }
 }
+
+#[test]
+fn a_system_that_is_nowhere_on_the_earth_is_refused() {
+    let crs = Crs {
+        name: "a site".to_owned(),
+        definition: "LOCAL_CS[\"a site\",UNIT[\"metre\",1]]".to_owned(),
+    };
+    let refused = GeoReference::new(&crs, DAffine2::IDENTITY, 3, 3).err().unwrap();
+    assert!(refused.to_string().contains("a site"), "{refused}");
+}

@@ -161,10 +161,10 @@ impl Build<'_> {
         let interior = tile.interior_levels();
         let mut finer = tile.surface(tile.finest());
         let full = known.unwrap_or_else(|| self.error_of(square, &finer, NEARLY * tolerance));
-        let bulge = |mesh: &Mesh| self.side_bulge(square, mesh, sides);
+        let bends = |mesh: &Mesh| self.outline_bends(square, mesh, sides);
         let (mut error, mut measured) = (full, Some(full));
         let count = tile.partition.levels.len();
-        let mut outline = tile.outline_errors[count - 1] + bulge(&finer);
+        let mut outline = tile.outline_errors[count - 1] + bends(&finer);
         tile.partition.levels[count - 1].error = full;
         tile.outline_errors[count - 1] = outline;
         for level in (0..interior).rev() {
@@ -177,7 +177,7 @@ impl Build<'_> {
                 measured = self.error_beyond(square, &news, error);
                 error = measured.unwrap_or(error);
             }
-            outline = outline.max(tile.outline_errors[level] + bulge(&mesh));
+            outline = outline.max(tile.outline_errors[level] + bends(&mesh));
             let last = if level + 1 == interior { count - 1 } else { level + 1 };
             for index in level..last {
                 tile.partition.levels[index].error = error;
@@ -216,9 +216,15 @@ impl Build<'_> {
         }
     }
 
+    /// How far, in metres, the outline of a mesh is from where plan and chains have it, for edges are straight in space.
+    fn outline_bends(&self, square: Square, mesh: &Mesh, sides: [&BorderCurve; 4]) -> f64 {
+        let boundary = boundary_edges(&mesh.triangles);
+        self.side_bulge(square, mesh, &boundary, sides) + self.outline_fold(square, mesh, &boundary)
+    }
+
     /// How far, in metres, edges that are straight in space bulge from the tile's southern and northern side where that is an
     /// outline.
-    fn side_bulge(&self, square: Square, mesh: &Mesh, sides: [&BorderCurve; 4]) -> f64 {
+    fn side_bulge(&self, square: Square, mesh: &Mesh, boundary: &[(u32, u32)], sides: [&BorderCurve; 4]) -> f64 {
         let extent = self.lattice.extent(square.zoom) as f64;
         let mut bulge: f64 = 0.0;
         for side in [Side::South, Side::North] {
@@ -228,7 +234,7 @@ impl Build<'_> {
                 .map(|run| run.ends().map(|end| (end - start) as f64))
                 .collect();
             let y = leaf::on_side(side, 0.0, extent).y;
-            for (a, b) in boundary_edges(&mesh.triangles) {
+            for &(a, b) in boundary {
                 let [a, b] = [a, b].map(|vertex| mesh.positions[vertex as usize].truncate());
                 let middle = (a + b) / 2.0;
                 let is_outline = || outlines.iter().any(|[first, last]| (first..=last).contains(&&middle.x));
@@ -239,6 +245,26 @@ impl Build<'_> {
             }
         }
         bulge
+    }
+
+    /// How far, in metres, triangles at an outline lie over others: between vertices near a pole, edges that are straight in space run
+    /// nearer to it than they do in plan.
+    fn outline_fold(&self, square: Square, mesh: &Mesh, boundary: &[(u32, u32)]) -> f64 {
+        let extent = self.lattice.extent(square.zoom);
+        let is_on_side = |vertex: u32| leaf::is_on_side(mesh.positions[vertex as usize], extent);
+        let mut is_outline = vec![false; mesh.positions.len()];
+        for &(a, b) in boundary.iter().filter(|&&(a, b)| !(is_on_side(a) && is_on_side(b))) {
+            is_outline[a as usize] = true;
+            is_outline[b as usize] = true;
+        }
+        let is_at_outline = |corners: &&[u32; 3]| corners.iter().any(|&corner| is_outline[corner as usize]);
+        let at_outline = mesh.triangles.iter().filter(is_at_outline);
+        let fold = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| self.on_ellipsoid(square, mesh.positions[corner as usize].truncate()));
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            -(b - a).cross(c - a).dot(a.normalize()) / longest.max(f64::MIN_POSITIVE)
+        };
+        at_outline.map(fold).fold(0.0, f64::max)
     }
 
     fn on_ellipsoid(&self, square: Square, at: DVec2) -> DVec3 {

@@ -75,11 +75,12 @@ impl BorderSource<'_> {
         [low, high].map(|corner| [corner.x as i64, corner.y as i64])
     }
 
-    /// Positive where columns and rows turn as longitude and latitude do.
+    /// Positive where columns and rows turn as east and north do: seen in space, for beside a pole a map turns anything over.
     fn handedness(&self) -> f64 {
-        let [at, across, down] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|step| self.georeference.geographic(step * 0.5));
-        let way = |to: DVec2| DVec2::new((to.x - at.x + 180.0).rem_euclid(360.0) - 180.0, to.y - at.y);
-        way(across).perp_dot(way(down))
+        let middle = DVec2::new(self.heights.columns as f64, self.heights.rows as f64) / 2.0;
+        let places = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|step| self.georeference.geographic(middle + step * 0.5));
+        let [at, across, down] = places.map(on_ellipsoid);
+        (across - at).cross(down - at).dot(at)
     }
 
     fn step(&self, from: [i64; 2], to: [i64; 2], forwards: bool) -> Step {
@@ -162,14 +163,15 @@ pub(crate) fn crossing([from, to]: [[i64; 2]; 2], axis: usize, line: i64) -> Opt
 }
 
 /// Whether a point beside the line `across = 0` is on the surface that `steps` bound, given in (across, along): to the
-/// positive or the negative side, next to the line at `along`. None where no step is across from it.
-pub(crate) fn is_bounded(steps: &[[[i64; 2]; 2]], along: f64, positive: bool) -> Option<bool> {
+/// positive or the negative side, next to the line at `along`. None where no step is across from it up to `reach`.
+pub(crate) fn is_bounded(steps: &[[[i64; 2]; 2]], along: f64, positive: bool, reach: f64) -> Option<bool> {
     let hit = |&[from, to]: &[[i64; 2]; 2]| {
         let passes = (from[1] as f64 <= along) != (to[1] as f64 <= along);
         let share = (along - from[1] as f64) / (to[1] - from[1]) as f64;
         let across = from[0] as f64 + (to[0] - from[0]) as f64 * share;
         let is_on_the_line = from[0] == 0 && to[0] == 0;
-        (passes && !is_on_the_line && (across > 0.0) == positive).then_some((across.abs(), to[1] > from[1]))
+        let is_there = passes && !is_on_the_line && (across > 0.0) == positive && across.abs() <= reach;
+        is_there.then_some((across.abs(), to[1] > from[1]))
     };
     let nearest = steps.iter().filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0));
     nearest.map(|(_, is_upwards)| is_upwards == positive)

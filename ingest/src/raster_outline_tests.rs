@@ -29,12 +29,13 @@ fn the_nearest_step_across_tells_on_which_side_of_it_a_point_is() {
         [[20, 10], [10, 10]],
         [[10, 10], [10, 0]],
     ];
-    assert_eq!(is_bounded(&square, 5.5, true), Some(false));
-    assert_eq!(is_bounded(&square, 11.5, true), None);
-    assert_eq!(is_bounded(&square, 5.5, false), None);
+    assert_eq!(is_bounded(&square, 5.5, true, 100.0), Some(false));
+    assert_eq!(is_bounded(&square, 11.5, true, 100.0), None);
+    assert_eq!(is_bounded(&square, 5.5, false, 100.0), None);
+    assert_eq!(is_bounded(&square, 5.5, true, 9.0), None);
     let around = square.map(|ends| ends.map(|[across, along]| [across - 15, along]));
     assert_eq!(
-        [true, false].map(|positive| is_bounded(&around, 5.5, positive)),
+        [true, false].map(|positive| is_bounded(&around, 5.5, positive, 100.0)),
         [Some(true); 2]
     );
 }

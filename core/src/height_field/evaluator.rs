@@ -150,12 +150,13 @@ impl Evaluator {
         (0..self.quality.places().len()).find_map(|number| {
             let (plan, grid) = self.place(sampled, attempts, edge, number)?;
             let is_red = number == 0;
-            if is_red && at_red.interval.is_empty() || !self.spread(sampled.surface.reference, plan, grid) {
+            let tolerance = at_red.interval.tolerance;
+            if is_red && at_red.interval.is_empty() || !self.spread(sampled.surface.reference, plan, grid, tolerance) {
                 return None;
             }
             let mut interval = at_red.interval;
             if !(is_red && at_red.is_whole) {
-                interval = interval_of(sampled, edge.red, is_red, interval.tolerance);
+                interval = interval_of(sampled, edge.red, is_red, tolerance);
                 self.fan.constrain(&mut self.gathered.around_blue, &mut interval);
             }
             if !interval.is_empty() && !std::mem::replace(&mut self.has_others, true) {
@@ -172,7 +173,12 @@ impl Evaluator {
         let surface = &sampled.surface;
         let mut interval = interval_of(sampled, edge.red, true, tolerance);
         self.surround_blue(edge);
-        if !self.spread(surface.reference, surface.plan(edge.red), surface.grid(edge.red)) {
+        if !self.spread(
+            surface.reference,
+            surface.plan(edge.red),
+            surface.grid(edge.red),
+            tolerance,
+        ) {
             return Seen {
                 interval: Interval::empty(tolerance),
                 is_whole: true,
@@ -236,16 +242,17 @@ impl Evaluator {
         self.ring.extend_around(&self.around_blue, edge.index + 1, count);
     }
 
-    /// Spreads the fan from a place over the ring, if all its triangles are counter-clockwise in plan.
-    fn spread(&mut self, reference: &Reference, plan: DVec2, grid: DVec2) -> bool {
-        let is_upright = self.fan.spread(reference, grid, &self.ring.points, self.ring.is_closed);
-        is_upright || self.ring.is_seen_from(plan, 0.0)
+    /// Spreads the fan from a place over the ring, if all its triangles are counter-clockwise in plan, and none lies over others by
+    /// more than the tolerance.
+    fn spread(&mut self, reference: &Reference, plan: DVec2, grid: DVec2, tolerance: f64) -> bool {
+        let spread = self.fan.spread(reference, grid, &self.ring.points, self.ring.is_closed);
+        spread.is_upright || spread.fold <= tolerance && self.ring.is_seen_from(plan, 0.0)
     }
 
     /// The best height of a vertex at a place inside the ring, over all samples under it, if one is allowed.
     pub(crate) fn fit(&mut self, reference: &Reference, plan: DVec2, grid: DVec2, tolerance: f64) -> Option<Place> {
         let mut interval = Interval::new(tolerance, None);
-        self.spread(reference, plan, grid).then_some(())?;
+        self.spread(reference, plan, grid, tolerance).then_some(())?;
         self.fan.constrain(&mut self.gathered.around_blue, &mut interval);
         self.settle(reference, plan, grid, interval)
     }
@@ -337,8 +344,12 @@ impl Evaluator {
     /// Sum of the squared differences under the ring, seen from a point; none where one is beyond the tolerance.
     pub(crate) fn squares(&mut self, reference: &Reference, centre: GridPoint, tolerance: f64) -> Option<f64> {
         let mut interval = Interval::new(tolerance, Some(centre.height));
-        self.fan
+        let spread = self
+            .fan
             .spread(reference, centre.grid, &self.ring.points, self.ring.is_closed);
+        if spread.fold > tolerance {
+            return None;
+        }
         self.fan.constrain(&mut self.gathered.around_blue, &mut interval);
         if interval.is_empty() {
             return None;

@@ -10,7 +10,7 @@
 
 use glam::DVec2;
 
-use crate::height_field::flat::GridPoint;
+use crate::height_field::flat::{self, GridPoint};
 use crate::height_field::interval::Interval;
 use crate::height_field::reference::Reference;
 use crate::height_field::samples::Sample;
@@ -27,6 +27,15 @@ pub(crate) struct Fan {
     /// One triangle after the other.
     sectors: Vec<Sector>,
     is_closed: bool,
+}
+
+/// How a fan lies on the grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// Whether all its triangles are counter-clockwise there.
+    pub(crate) is_upright: bool,
+    /// Metres, seen from above, by which one that is not lies over others.
+    pub(crate) fold: f64,
 }
 
 /// A triangle from the centre over two outer corners.
@@ -80,15 +89,21 @@ impl Gradients {
 
 impl Fan {
     /// Spreads the fan from `centre` over the points of `ring`: a triangle from each to the next and, if it `is_closed`,
-    /// from the last to the first. Tells whether all are counter-clockwise on the grid; where a map projection bends long
-    /// straight lines, a triangle that is in plan may not be, and no sample is seen in it.
-    pub(crate) fn spread(&mut self, reference: &Reference, centre: DVec2, ring: &[GridPoint], is_closed: bool) -> bool {
+    /// from the last to the first. Tells whether all are counter-clockwise on the grid, and how far they are folded if not; where a
+    /// map projection bends long straight lines, a triangle that is in plan may not be, and no sample is seen in it.
+    pub(crate) fn spread(
+        &mut self,
+        reference: &Reference,
+        centre: DVec2,
+        ring: &[GridPoint],
+        is_closed: bool,
+    ) -> Spread {
         self.centre = centre;
         self.curvature = reference.curvature_at(centre.y);
         self.mirror = DVec2::new(reference.plan.handedness(), 1.0);
         self.is_closed = is_closed;
         self.sectors.clear();
-        let mut is_upright = true;
+        let (mut is_upright, mut cells) = (true, 0.0_f64);
         let mut before: Option<Corner> = None;
         for point in ring.iter().chain(ring.first().filter(|_| is_closed)) {
             let offset = (point.grid - centre) * self.mirror;
@@ -98,7 +113,10 @@ impl Fan {
             };
             if let Some(from) = before.replace(to) {
                 let area = from.offset.perp_dot(to.offset);
-                is_upright &= area > 0.0;
+                if area <= 0.0 {
+                    is_upright = false;
+                    cells = cells.max(flat::altitude([DVec2::ZERO, from.offset, offset]));
+                }
                 self.sectors.push(Sector {
                     from,
                     to,
@@ -107,7 +125,14 @@ impl Fan {
                 });
             }
         }
-        is_upright
+        Spread {
+            is_upright,
+            fold: if is_upright {
+                0.0
+            } else {
+                cells * reference.cell_at(centre.y)
+            },
+        }
     }
 
     /// Constrains the centre's height by samples, those under the fan, and lets them count in the least squares; tells whether

@@ -20,6 +20,12 @@ pub(crate) struct Flat {
     curvature: DVec2,
 }
 
+/// Over the longest side of a triangle, in the units of its corners.
+pub(crate) fn altitude([a, b, c]: [DVec2; 3]) -> f64 {
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    (b - a).perp_dot(c - a).abs() / longest.max(f64::MIN_POSITIVE)
+}
+
 impl Flat {
     /// None where the corners are on one line.
     pub(crate) fn through([a, b, c]: [GridPoint; 3], curvature: DVec2) -> Option<Self> {

@@ -14,8 +14,8 @@ use glam::DVec2;
 
 use crate::height_field::bilinear::{Cell, Piece};
 use crate::height_field::finer::Finer;
-use crate::height_field::flat::Flat;
-use crate::height_field::ground::Ground;
+use crate::height_field::flat::{self, Flat};
+use crate::height_field::ground::{EARTH_RADIUS, Ground};
 use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::scan::{self, ON_A_LINE};
@@ -84,6 +84,24 @@ impl Reference<'_> {
     /// `kx` and `ky` at a row.
     pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
         self.curvature[(row.max(0.0) as usize).min(self.heights.rows - 1)]
+    }
+
+    /// Metres along the longer side of a cell at a row; 0 on a plane.
+    pub(crate) fn cell_at(&self, row: f64) -> f64 {
+        (self.curvature_at(row).max_element() * 2.0 * EARTH_RADIUS).sqrt()
+    }
+
+    /// Metres, seen from above, by which a triangle that is counter-clockwise in plan lies over others: it is not on the grid, where a
+    /// map projection bends long straight lines.
+    pub(crate) fn fold(&self, corners: [GridPoint; 3]) -> f64 {
+        if self.plan.is_affine() {
+            return 0.0;
+        }
+        let [a, b, c] = corners.map(|corner| corner.grid);
+        if (b - a).perp_dot(c - a) * self.plan.handedness() >= 0.0 {
+            return 0.0;
+        }
+        flat::altitude([a, b, c]) * self.cell_at(a.y)
     }
 
     /// Largest difference between the triangle and the samples that it covers.

@@ -219,6 +219,10 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         let Some(corners) = self.surface.connectivity.corners(triangle) else {
             return Deviation::NONE;
         };
+        let folded = self.folded(corners);
+        if folded.size > self.refinement.tolerance {
+            return folded;
+        }
         let at_samples = (self.at_samples)(self.surface, corners);
         if at_samples.size > self.refinement.tolerance || self.surface.reference.bound == Bound::Samples {
             return at_samples;
@@ -232,6 +236,19 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
             .filter(is_counted)
             .map(|edge| self.along(edge));
         along.fold(at_samples, Deviation::or)
+    }
+
+    /// By how much a triangle lies over others, and the middle of its longest edge.
+    fn folded(&self, corners: [u32; 3]) -> Deviation {
+        let [a, b, c] = corners.map(|corner| self.surface.point(corner));
+        let edges = [(a.grid, b.grid), (b.grid, c.grid), (c.grid, a.grid)];
+        let longest = edges
+            .into_iter()
+            .max_by(|(a, b), (c, d)| a.distance_squared(*b).total_cmp(&c.distance_squared(*d)));
+        Deviation {
+            size: self.surface.reference.fold([a, b, c]),
+            at: longest.map_or(a.grid, |(from, to)| from.midpoint(to)),
+        }
     }
 
     /// The worst along an edge, if the bound is to hold there and the edge is not given.

@@ -1,5 +1,6 @@
 //! The one place that talks to PROJ.
 
+use std::ffi::CString;
 use std::ptr;
 use std::sync::Once;
 
@@ -26,12 +27,11 @@ pub(super) struct Projection {
 impl Projection {
     /// `area` (see [`area`]) helps PROJ to choose among datum shifts for the whole raster, instead of point by point.
     pub(super) fn new(crs: &Crs, area: Option<Area>) -> Result<Self, GeoReferenceError> {
-        silence();
-        Proj::new_known_crs(&crs.definition, "EPSG:4326", area)
+        operation(&crs.definition, "EPSG:4326", area)
             .map(|proj| Self { proj })
-            .map_err(|error| GeoReferenceError::NoTransformation {
+            .map_err(|reason| GeoReferenceError::NoTransformation {
                 crs: crs.name.clone(),
-                reason: error.to_string(),
+                reason,
             })
     }
 
@@ -62,16 +62,42 @@ impl Projection {
 /// # Errors
 /// If PROJ cannot transform all of them.
 pub(crate) fn converted(from: &Crs, to: &Crs, points: &[DVec2]) -> Result<Vec<DVec2>, GeoReferenceError> {
-    silence();
     let fault = |reason: String| GeoReferenceError::NoTransformation {
         crs: format!("{} to {}", from.name, to.name),
         reason,
     };
-    let proj = Proj::new_known_crs(&from.definition, &to.definition, None).map_err(|error| fault(error.to_string()))?;
+    let proj = operation(&from.definition, &to.definition, None).map_err(fault)?;
     points
         .iter()
         .map(|&point| convert(&proj, point).map_err(fault))
         .collect()
+}
+
+/// The best operation from one reference system to another, or why there is none.
+fn operation(from: &str, to: &str, area: Option<Area>) -> Result<Proj, String> {
+    silence();
+    if !has_operation(from, to) {
+        return Err("they have nothing in common".to_owned());
+    }
+    Proj::new_known_crs(from, to, area).map_err(|error| error.to_string())
+}
+
+/// Whether PROJ makes an operation: where it neither does nor says why, as between a system of no place on the Earth and one of the
+/// Earth, the crate `proj` would end the program.
+fn has_operation(from: &str, to: &str) -> bool {
+    let (Ok(from), Ok(to)) = (CString::new(from), CString::new(to)) else {
+        return false;
+    };
+    // SAFETY: the context and the operation live until they are destroyed here; PROJ copies both texts, which end in a zero, and takes
+    // null for no area, and to destroy.
+    unsafe {
+        let context = proj_sys::proj_context_create();
+        let operation = proj_sys::proj_create_crs_to_crs(context, from.as_ptr(), to.as_ptr(), ptr::null_mut());
+        let is_there = !operation.is_null() || proj_sys::proj_context_errno(context) != 0;
+        proj_sys::proj_destroy(operation);
+        proj_sys::proj_context_destroy(context);
+        is_there
+    }
 }
 
 /// A point transformed, or why it cannot be.

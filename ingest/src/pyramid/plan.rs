@@ -6,7 +6,7 @@ use glam::DVec2;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
 
-use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
+use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 use terrain_tiles::metadata::OutsidePolicy;
 
 use crate::georeference::GeoReference;
@@ -15,13 +15,17 @@ use crate::store::Name;
 use crate::tin::bound_name;
 
 /// Counts up whenever the same inputs would give other tiles than before: what was made then is not taken for what is made now.
-const ALGORITHM: u32 = 4;
+const ALGORITHM: u32 = 5;
 /// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
 const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
 /// Cells are taken to be no longer than this: beside a pole columns meet.
 const MOST_LENGTHENED: f64 = 10.0;
 /// The asked error where none is given, in cells: about the vertical accuracy of elevation products.
 const DEFAULT_ERROR_IN_CELLS: f64 = 1.0 / 8.0;
+/// Metres, where cells are not so long that the Earth bends away more.
+const MOST_DEFAULT_ERROR: f64 = 200.0;
+/// Times the sagitta of a cell that diagonals of cells in several tiles come to.
+const SAGITTAS: f64 = 4.0;
 /// No surface errs more than this, metres: triangles of larger sagitta span so much of the Earth that a plan cannot tell where they are.
 const MOST_ERROR: f64 = 50_000.0;
 /// Degrees by which rectangles are widened where it is asked which squares they meet.
@@ -167,10 +171,13 @@ fn subtree_zoom(leaf_zoom: u8, leaves: u32) -> u8 {
     leaf_zoom.saturating_sub((leaves.max(1).ilog2() / 2) as u8)
 }
 
-/// The error that suits cells of which the shorter side is so many metres long: an eighth of it, rounded to 1, 2 or 5 times a power of ten.
+/// The error that suits cells of which the shorter side is so many metres long: an eighth of it, rounded to 1, 2 or 5 times a power of
+/// ten; but mountains are no higher where cells are wider, as long as sides of cells, which are straight in space, keep to the Earth.
 #[must_use]
 pub(crate) fn default_error(cell: f64) -> f64 {
-    let wanted = cell * DEFAULT_ERROR_IN_CELLS;
+    let sagitta = cell * cell / (8.0 * MEAN_RADIUS);
+    let most = MOST_DEFAULT_ERROR.max(SAGITTAS * sagitta);
+    let wanted = (cell * DEFAULT_ERROR_IN_CELLS).min(most);
     let power = 10.0_f64.powi(wanted.log10().floor() as i32);
     let nearest = [1.0, 2.0, 5.0, 10.0].into_iter().min_by(|a, b| {
         let off = |step: &f64| (step * power / wanted).ln().abs();
@@ -200,3 +207,7 @@ fn samples_across_a_leaf(cell: f64, max_error: f64) -> f64 {
     let [least, most] = SAMPLES_ACROSS_A_LEAF;
     (least * (max_error / (cell * DEFAULT_ERROR_IN_CELLS)).sqrt()).clamp(least, most)
 }
+
+#[cfg(test)]
+#[path = "plan_tests.rs"]
+mod tests;

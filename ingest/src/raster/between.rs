@@ -12,6 +12,8 @@ use crate::georeference::{Crs, GeoReference, GeoReferenceError, converted, neare
 const SAME: f64 = 1e-6;
 /// A sample stands for half a cell on each side of it, beyond the outermost ones, too.
 const HALF: f64 = 0.5 + SAME;
+/// No index of a sample comes near it.
+pub(super) const FARTHEST: f64 = 1e9;
 /// Points along each side of a file by which it is found where it lies on the lattice.
 const PROBES: usize = 64;
 
@@ -88,7 +90,7 @@ pub(super) fn is_around(file: &Layout) -> bool {
 /// The rectangle of the lattice of `lattice` that a file reaches into: first and end column, first and end row.
 ///
 /// # Errors
-/// When the file is not on the plane of the lattice's reference system.
+/// When the file is not on the plane of the lattice's reference system, or hardly so.
 pub(super) fn reach(lattice: &Layout, file: &Layout) -> Result<[Range<i64>; 2], ReadError> {
     let edge = edge(file);
     let position = |source| ReadError::Position(file.path.clone(), source);
@@ -105,6 +107,15 @@ pub(super) fn reach(lattice: &Layout, file: &Layout) -> Result<[Range<i64>; 2], 
     let (low, high) = on_lattice.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| {
         (low.min(point), high.max(point))
     });
+    // Not a number where PROJ has no place, too.
+    let is_there = low.abs().max(high.abs()).cmplt(DVec2::splat(FARTHEST)).all();
+    if !is_there {
+        return Err(ReadError::Mixed {
+            path: file.path.clone(),
+            first: lattice.path.clone(),
+            reason: "it reaches to where that one's coordinate system has no place for it".into(),
+        });
+    }
     Ok([0, 1].map(|axis| (low[axis] - SAME).floor() as i64..(high[axis] + SAME).ceil() as i64 + 1))
 }
 

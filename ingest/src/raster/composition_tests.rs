@@ -164,6 +164,9 @@ fn of_a_file_beside_what_is_asked_for_nothing_is_counted() {
         let found = composition.differences(&beside, [&(20..30), &(20..30)]);
         assert_eq!(found, Faults::default());
     }
+    // In rows of which some are asked for, but in no column.
+    let found = composition.differences(&area([0..5, 20..22], &[90.0; 10]), [&(20..30), &(20..30)]);
+    assert_eq!(found, Faults::default());
     let found = composition.differences(&area([45..50, 35..40], &[90.0; 25]), [&(0..47), &(0..37)]);
     assert_eq!((found.disagreeing, found.apart), (4, 10.0));
 }

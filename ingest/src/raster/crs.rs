@@ -12,6 +12,9 @@ pub(super) fn from_user(definition: &str) -> Result<SpatialRef, ReadError> {
 
 /// Name and PROJ definition of `reference`; None where it cannot be expressed, as for a bare local system.
 pub(super) fn describe(reference: &SpatialRef) -> Option<Crs> {
+    if reference.is_local() {
+        return None;
+    }
     let definition = reference.to_projjson().or_else(|_| reference.to_wkt()).ok()?;
     let name = reference.authority().ok().or_else(|| reference.name());
     Some(Crs {

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use glam::{DAffine2, DVec2};
 
-use super::between::{self, Between};
+use super::between::{self, Between, FARTHEST};
 use super::layout::Layout;
 use super::placement;
 use super::{RasterLimits, ReadError};
@@ -15,8 +15,6 @@ use crate::georeference::{GeoReference, nearest_turn};
 
 /// Largest distance, in cells, of a file's samples from the lattice that they are on.
 const MISALIGNMENT: f64 = 0.01;
-/// No index of a sample comes near it: beyond, a cell offset is no integer any more.
-const FARTHEST: f64 = 1e9;
 /// Cells whose sides differ by less than that share are equally fine.
 const EQUALLY_FINE: f64 = 0.01;
 

@@ -47,6 +47,26 @@ fn where_files_overlap_and_differ_the_first_counts_and_the_difference_is_kept() 
 }
 
 #[test]
+fn a_file_without_a_place_on_the_plane_of_the_first_is_refused_by_name() {
+    let folder = Folder::new();
+    let polar = folder.tiff("polar.tif", 3, &[1.0_f32; 9], |dataset| {
+        dataset
+            .set_geo_transform(&[-1500.0, 1000.0, 0.0, 1500.0, 0.0, -1000.0])
+            .unwrap();
+        dataset
+            .set_spatial_ref(&gdal::spatial_ref::SpatialRef::from_epsg(3031).unwrap())
+            .unwrap();
+    });
+    let far = folder.tiff("far.tif", 3, &[1.0_f32; 9], |dataset| {
+        dataset
+            .set_geo_transform(&[-180.0, 60.0, 0.0, 90.0, 0.0, -60.0])
+            .unwrap();
+    });
+    let refused = Rasters::open(&[polar, far], &ReadOptions::default()).err().unwrap();
+    assert!(refused.to_string().contains("no place for it"), "{refused}");
+}
+
+#[test]
 fn files_across_the_antimeridian_are_neighbours() {
     let folder = Folder::new();
     let at = |x: f64| move |dataset: &mut Dataset| dataset.set_geo_transform(&[x, 0.5, 0.0, 5.0, 0.0, -0.5]).unwrap();
