@@ -9,7 +9,7 @@ use moka::future::Cache;
 use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::form::Form;
-use crate::raster_dem::RasterRequest;
+use crate::raster_dem::{Format, RasterRequest};
 use terrain_tiles::address::TileAddress;
 
 /// Which body.
@@ -19,6 +19,8 @@ pub(crate) enum Key {
     Tile(u64, TileAddress, Form),
     /// A raster tile of a generation of an archive.
     Raster(u64, RasterRequest),
+    /// Normals of a tile's square.
+    Gradients(u64, TileAddress, Format),
     /// A document by its tag, which tells its content.
     Document(String, Coding),
 }

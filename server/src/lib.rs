@@ -13,6 +13,7 @@
 //! | `/{name}/3d-terrain/tileset.json` | the implicit tileset that CesiumJS takes for its globe, and below it subtrees and tiles |
 //! | `/{name}/height`, `/{name}/profile` and others | heights at places and along paths: [`elevation`] |
 //! | `/{name}/terrarium.json`, `/{name}/mapbox.json` | TileJSON of raster tiles of heights, and below it the tiles |
+//! | `/{name}/gradients/{z}/{x}/{y}.webp` | normals of a tile's square, for light: `raster_dem/gradients.rs`, or `.png` |
 //! | `/docs`, `/openapi.json` | a page to try them on, and their description |
 //! | `/{name}/{z}/{x}/{y}.spt` | our own tile, by byte ranges where asked |
 //! | `/curved.html?model={name}` | the viewer of curved models |

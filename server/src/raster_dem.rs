@@ -11,6 +11,7 @@
 
 mod address;
 mod fill;
+mod gradients;
 mod image;
 
 use std::sync::Arc;
@@ -23,18 +24,20 @@ use axum::response::Response;
 use axum::routing::get;
 use serde::Deserialize;
 use serde_json::json;
+use terrain_tiles::address::TileAddress;
 
 use crate::answer::Description;
 use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
+use crate::form::tile_address;
 use crate::heights::{Heights, Place, Status};
 use crate::service::Service;
 use crate::tiles::json_document;
 use crate::tileset::{TileError, Tileset};
 pub(crate) use address::RasterRequest;
 use address::{LATITUDES, MercatorTile};
-pub(crate) use image::Encoding;
+pub(crate) use image::{Encoding, Format};
 
 /// Rounding takes no more than this part of the surface's error.
 const PART_OF_ERROR: f64 = 0.25;
@@ -47,6 +50,7 @@ pub(crate) fn routes() -> Router<Service> {
         .route("/{name}/mapbox.json", get(mapbox_json))
         .route("/{name}/terrarium/{z}/{x}/{file}", get(terrarium))
         .route("/{name}/mapbox/{z}/{x}/{file}", get(mapbox))
+        .route("/{name}/gradients/{z}/{x}/{file}", get(normals))
 }
 
 /// What may be asked of TileJSON.
@@ -96,6 +100,34 @@ async fn mapbox(state: State<Service>, path: Path<[String; 4]>, request: Request
         Encoding::Mapbox,
     )
     .await
+}
+
+/// Normals of the square of one of our own tiles; its rows count from the south, as theirs.
+async fn normals(
+    State(service): State<Service>,
+    Path([name, z, x, file]): Path<[String; 4]>,
+    request: Request,
+) -> Result<Response, Failure> {
+    let tileset = service.find(&name)?;
+    let (_, ending) = file.split_once('.').unwrap_or((&file, ""));
+    let format = image::Format::named(ending)?;
+    let missing = || format!("tileset “{name}” has no normals {z}/{x}/{file}");
+    let address = tile_address([&z, &x, &file])?;
+    if !tileset.has(address) {
+        return Err(Failure::NotFound(missing()));
+    }
+    let TileAddress { zoom, x, y } = address;
+    let tag = format!("{}-gradients-{zoom}-{x}-{y}-{}", &tileset.version[..16], format.name());
+    let description = Description::new(format.content_type(), &tag, Coding::Identity)
+        .immutable(tileset.is_named_in(request.uri().query().unwrap_or_default()));
+    if let Some(response) = description.not_modified(request.headers()) {
+        return Ok(response);
+    }
+    let key = Key::Gradients(tileset.generation, address, format);
+    let heights = service.heights.clone();
+    let draw = move || gradients::draw(&heights, &tileset, address, format);
+    let body = service.bodies.get(key, draw).await;
+    Ok(description.respond(request.headers(), body.map_err(|error| error.answered(missing))?))
 }
 
 async fn tile_json(

@@ -52,6 +52,11 @@ export class Frame {
     return box.expandByScalar(SEMI_MAJOR * (1 - Math.cos(halfCell)));
   }
 
+  /** The inverse of `position`, in Earth-centred metres. */
+  earthCentredOf({ x, y, z }: Vector3): Vector3 {
+    return this.origin.clone().addScaledVector(this.east, x).addScaledVector(this.north, y).addScaledVector(this.up, z);
+  }
+
   private rotate(vector: Vector3): Vector3 {
     return new Vector3(this.east.dot(vector), this.north.dot(vector), this.up.dot(vector));
   }

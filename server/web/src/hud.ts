@@ -1,10 +1,13 @@
 // The panel over the view: settings in, figures out.
 
+import type { GroundPoint } from "./ground.ts";
+import { showLegend } from "./legend.ts";
+import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import { heightsAbove, type Tileset } from "./tileset.ts";
 import type { Viewer } from "./viewer.ts";
 
-const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · F: fly · X: wireframe · R: reset";
+const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
 function element<T extends HTMLElement>(id: string, type: new () => T): T {
@@ -13,6 +16,13 @@ function element<T extends HTMLElement>(id: string, type: new () => T): T {
   return found;
 }
 
+/** Pixels: on a narrower page the panel is folded at first. */
+const NARROW = 600;
+/** Pixels that the scale bar has at most. */
+const SCALE_PIXELS = 100;
+/** Lowest and highest of what is shown. */
+let heights: readonly [number, number] = [0, 0];
+
 const input = (id: string) => element(id, HTMLInputElement);
 const setText = (id: string, text: string) => (element(id, HTMLElement).textContent = text);
 
@@ -20,12 +30,38 @@ const setText = (id: string, text: string) => (element(id, HTMLElement).textCont
 export function connect(viewer: Viewer): void {
   connectRange("pixels", (pixels) => viewer.setMaxPixels(pixels), " px");
   connectRange("exaggeration", (factor) => viewer.setExaggeration(factor), " ×");
+  connectSwitch("contours", "KeyC", (visible) => viewer.setContours(visible));
+  connectSwitch("light", "KeyL", (isDetailed) => viewer.setDetailedLight(isDetailed));
+  input("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
+  connectSwitch("dark", "KeyB", (isDark) => (document.documentElement.style.colorScheme = isDark ? "dark" : "light"));
+  connectStyles(viewer);
+  connectShare();
+  element("north", HTMLElement).addEventListener("click", () => viewer.faceNorth());
+  element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
   connectSwitch("wireframe", "KeyX", (visible) => viewer.setWireframe(visible));
   connectSwitch("flying", "KeyF", (flying) => {
     viewer.setFlying(flying);
     setText("help", flying ? FLY_HELP : ORBIT_HELP);
   });
   onKey("KeyR", () => viewer.lookAtAll());
+}
+
+function connectStyles(viewer: Viewer): void {
+  const select = element("style", HTMLSelectElement);
+  select.append(...STYLES.map((style) => new Option(style)));
+  select.addEventListener("input", () => {
+    viewer.setStyle(select.selectedIndex);
+    showLegend(select.selectedIndex, heights);
+  });
+}
+
+/** The address always is that of the view. */
+function connectShare(): void {
+  const button = element("share", HTMLButtonElement);
+  button.addEventListener("click", async () => {
+    const isCopied = await navigator.clipboard.writeText(location.href).then(() => true, () => false);
+    button.textContent = isCopied ? "Link copied" : "The address bar has the link";
+  });
 }
 
 /** Sets a slider or a switch as if the user had. */
@@ -37,14 +73,18 @@ export function set(id: "pixels" | "wireframe", value: number | boolean): void {
 }
 
 /** Shows the name, or a choice where there are several tilesets. */
-export function offer(tilesets: readonly Tileset[], open: (tileset: Tileset) => void): void {
+export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tileset: Tileset) => void): void {
   const select = element("tileset", HTMLSelectElement);
   select.append(...tilesets.map(({ name }) => new Option(name)));
   select.hidden = tilesets.length < 2;
-  element("name", HTMLElement).hidden = !select.hidden;
-  setText("name", tilesets[0]?.name ?? "");
-  const showHeights = (tileset?: Tileset) => setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
-  showHeights(tilesets[0]);
+    const showHeights = (tileset?: Tileset) => {
+    setText("name", tileset?.name ?? "");
+    setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
+    heights = tileset?.metadata.heights ?? heights;
+    showLegend(element("style", HTMLSelectElement).selectedIndex, heights);
+  };
+  select.selectedIndex = tilesets.indexOf(first);
+  showHeights(first);
   select.addEventListener("change", () => {
     const chosen = tilesets[select.selectedIndex];
     select.blur();
@@ -54,12 +94,42 @@ export function offer(tilesets: readonly Tileset[], open: (tileset: Tileset) => 
 }
 
 /** Shows what is drawn. */
-export function showStats({ tiles, triangles, zooms, error, bytes }: Stats): void {
+export function showStats({ tiles, triangles, zooms, bytes, normalsBytes }: Stats, middle: GroundPoint | undefined): void {
   setText("tiles", tiles.toLocaleString("en"));
   setText("triangles", triangles.toLocaleString("en"));
   setText("zooms", zooms === undefined ? "–" : [...new Set(zooms)].join(" – "));
-  setText("error", tiles === 0 ? "–" : `± ${formatMetres(error)}`);
-  setText("bytes", `${(bytes / 1e6).toFixed(2)} MB`);
+  setText("error", middle === undefined ? "–" : `± ${formatMetres(middle.error)}`);
+  setText("bytes", `${megabytes(bytes)} + ${megabytes(normalsBytes)} MB`);
+}
+
+const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
+
+/** Shows the ground under the pointer, or in the middle where there is no pointer. */
+export function showPlace(ground: GroundPoint | undefined, above: string): void {
+  if (ground === undefined) {
+    setText("place", "");
+    return;
+  }
+  const { longitude, latitude, height, error } = ground;
+  const at = `${Math.abs(latitude).toFixed(5)}° ${latitude < 0 ? "S" : "N"}, ${Math.abs(longitude).toFixed(5)}° ${longitude < 0 ? "W" : "E"}`;
+  setText("place", `${at}: ${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)} above ${above}`);
+}
+
+/** Shows how long so much of the middle of the view is, and where north is. */
+export function showBearings(metresPerPixel: number | undefined, azimuth: number): void {
+  element("needle", HTMLElement).style.transform = `rotate(${-azimuth}deg)`;
+  element("scale", HTMLElement).style.visibility = metresPerPixel === undefined ? "hidden" : "visible";
+  if (metresPerPixel === undefined) return;
+  const most = metresPerPixel * SCALE_PIXELS;
+  const power = 10 ** Math.floor(Math.log10(most));
+  const length = power * ([5, 2, 1].find((factor) => factor * power <= most) ?? 1);
+  element("scale-bar", HTMLElement).style.width = `${length / metresPerPixel}px`;
+  setText("scale-length", length >= 1000 ? `${length / 1000} km` : `${length} m`);
+}
+
+/** Shows that something is on its way. */
+export function showLoading(isLoading: boolean): void {
+  element("loading", HTMLElement).hidden = !isLoading;
 }
 
 /** Shows one line about what is wrong, or takes it away. */

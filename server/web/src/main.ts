@@ -2,8 +2,9 @@
 
 import * as hud from "./hud.ts";
 import type { Stats } from "./terrain_layer.ts";
-import { listTilesets } from "./tileset.ts";
-import { Viewer } from "./viewer.ts";
+import { linkOf, readLink } from "./share.ts";
+import { datumOf, listTilesets, type Tileset } from "./tileset.ts";
+import { Viewer, type Pose } from "./viewer.ts";
 
 declare global {
   interface Window {
@@ -14,26 +15,60 @@ declare global {
       setMaxPixels(pixels: number): void;
       setWireframe(visible: boolean): void;
       flyTo: Viewer["flyTo"];
+      pose(): Pose | undefined;
+      groundAt: Viewer["groundAt"];
+      metresAboveGround(): number | undefined;
     };
   }
 }
 
+/** How long the view has to rest before the address follows it: browsers allow few changes. */
+const REST_MILLISECONDS = 400;
+
 async function start(): Promise<void> {
-  const viewer = new Viewer(document.querySelector<HTMLCanvasElement>("#view")!, () => {
+  const canvas = document.querySelector<HTMLCanvasElement>("#view")!;
+  let [shown, pointer]: [Tileset | undefined, readonly [number, number]] = [undefined, [0, 0]];
+  let resting: ReturnType<typeof setTimeout> | undefined;
+  const showPlace = () => hud.showPlace(viewer.groundAt(...pointer), shown === undefined ? "" : datumOf(shown.metadata));
+  const keepLink = () => {
+    const pose = viewer.pose;
+    if (shown !== undefined && pose !== undefined) history.replaceState(null, "", linkOf(shown.name, pose));
+  };
+  const viewer = new Viewer(canvas, () => {
     const stats = viewer.stats();
     if (stats === undefined) return;
-    hud.showStats(stats);
+    const middle = viewer.groundAt(0, 0);
+    hud.showStats(stats, middle);
+    hud.showBearings(middle && viewer.metresPerPixel(middle.distance), viewer.pose?.azimuth ?? 0);
+    hud.showLoading(viewer.isLoading);
     hud.showMessage(viewer.failure);
+    showPlace();
+    clearTimeout(resting);
+    resting = setTimeout(keepLink, REST_MILLISECONDS);
   });
+  const point = ({ offsetX, offsetY }: PointerEvent) => {
+    pointer = [(2 * offsetX) / canvas.clientWidth - 1, 1 - (2 * offsetY) / canvas.clientHeight];
+    showPlace();
+  };
+  canvas.addEventListener("pointermove", point);
+  canvas.addEventListener("pointerdown", point);
+  canvas.addEventListener("pointerleave", () => (pointer = [0, 0]));
+  const open = (tileset: Tileset) => viewer.open((shown = tileset));
   hud.connect(viewer);
   const tilesets = await listTilesets();
-  hud.offer(tilesets, (tileset) => viewer.open(tileset));
-  viewer.open(tilesets[0]!);
+  const link = readLink(location.hash);
+  const linked = tilesets.find(({ name }) => name === link?.name);
+  hud.offer(tilesets, linked ?? tilesets[0]!, open);
+  open(linked ?? tilesets[0]!);
+  if (linked !== undefined && link !== undefined) viewer.setPose(link.pose);
   window.terrain = {
     stats: () => viewer.stats(),
     settled: () => viewer.settled(),
     setMaxPixels: (pixels) => hud.set("pixels", pixels),
     setWireframe: (visible) => hud.set("wireframe", visible),
+    pose: () => viewer.pose,
+    groundAt: (x, y) => viewer.groundAt(x, y),
+    metresAboveGround: () => viewer.metresAboveGround(),
     flyTo: (...place) => viewer.flyTo(...place),
   };
 }

@@ -15,6 +15,7 @@ const SKY_COLOUR = /* glsl */ `
 /** Draws a vertex where its representative is; `blend` runs from the level shown before (0) to the present one (1). */
 export const TERRAIN_VERTEX = /* glsl */ `
   uniform sampler2D positions;
+  uniform sampler2D squares;
   uniform highp usampler2D places;
   uniform float blend;
   uniform float exaggeration;
@@ -25,6 +26,7 @@ export const TERRAIN_VERTEX = /* glsl */ `
   out vec3 fromEye;
   out float height;
   out vec3 up;
+  out vec2 square;
   #include <common>
   #include <logdepthbuf_pars_vertex>
 
@@ -43,6 +45,8 @@ export const TERRAIN_VERTEX = /* glsl */ `
     vec4 now = texelFetch(positions, texel(int(place.x)), 0);
     vec4 before = texelFetch(positions, texel(int(place.y)), 0);
     vec4 vertex = mix(before, now, blend);
+    vec2 squareNow = texelFetch(squares, texel(int(place.x)), 0).xy;
+    square = mix(texelFetch(squares, texel(int(place.y)), 0).xy, squareNow, blend);
     height = vertex.w;
     up = upAt(vertex.xyz);
     vec3 raised = vertex.xyz + up * ((exaggeration - 1.0) * (height - baseHeight));
@@ -54,15 +58,29 @@ export const TERRAIN_VERTEX = /* glsl */ `
   }
 `;
 
-/** Height tint, light on flat facets, contour lines and haze. */
+/** Texels along a side of the normals of a square: the corners of 256 cells. */
+const NORMALS_SIZE = 257;
+
+/** What colours mean, in the order of the shader's numbers. */
+export const STYLES = ["Elevation", "Hillshade", "Slope", "Certified error"] as const;
+
+/** A style, light from normals or on flat facets, contour lines and haze. */
 export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform vec2 heights;
   uniform float contourInterval;
   uniform float hazeDistance;
   uniform float exaggeration;
+  uniform float clearDistance;
+  uniform int style;
+  uniform bool contours;
+  uniform float certifiedError;
+  uniform sampler2D normals;
+  uniform vec3 normalsPlace;
+  uniform vec3 axis;
   in vec3 fromEye;
   in float height;
   in vec3 up;
+  in vec2 square;
   #include <common>
   #include <logdepthbuf_pars_fragment>
   ${SKY_COLOUR}
@@ -84,6 +102,27 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     return line * smoothstep(0.0, 0.01, width) * (1.0 - smoothstep(0.06, 0.22, width));
   }
 
+  // East and north rises of the ground by the raster of normals.
+  vec2 rises() {
+    vec2 place = square * normalsPlace.x + normalsPlace.yz;
+    vec2 normal = texture(normals, (place * 256.0 + 0.5) / float(${NORMALS_SIZE})).xy;
+    return -normal / sqrt(max(1.0 - dot(normal, normal), 0.01));
+  }
+
+  vec3 slopeColour(float degrees) {
+    vec3 colour = mix(vec3(0.93, 0.95, 0.90), vec3(0.98, 0.83, 0.40), smoothstep(0.0, 15.0, degrees));
+    colour = mix(colour, vec3(0.87, 0.39, 0.20), smoothstep(15.0, 30.0, degrees));
+    return mix(colour, vec3(0.36, 0.09, 0.33), smoothstep(30.0, 50.0, degrees));
+  }
+
+  // One colour more for each power of ten, from 0.1 to 1000 m.
+  vec3 errorColour(float metres) {
+    float power = clamp((log2(max(metres, 0.1)) / log2(10.0) + 1.0) / 4.0, 0.0, 1.0);
+    vec3 colour = mix(vec3(0.17, 0.37, 0.63), vec3(0.45, 0.76, 0.65), smoothstep(0.0, 0.33, power));
+    colour = mix(colour, vec3(0.98, 0.88, 0.55), smoothstep(0.33, 0.66, power));
+    return mix(colour, vec3(0.75, 0.18, 0.15), smoothstep(0.66, 1.0, power));
+  }
+
   void main() {
     #include <logdepthbuf_fragment>
     vec3 facet = normalize(cross(dFdx(fromEye), dFdy(fromEye)));
@@ -91,17 +130,26 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     // Ground sampled every thirty metres has no walls: what is nearly upright is a sliver, lit as if it were level.
     float slope = sqrt(max(1.0 - level * level, 0.0)) / (max(level, 1e-3) * exaggeration);
     vec3 normal = normalize(mix(facet, up, smoothstep(2.5, 6.0, slope)));
+    if (normalsPlace.x > 0.0) {
+      vec3 east = normalize(cross(axis, up));
+      vec2 rise = rises();
+      slope = length(rise);
+      normal = normalize(up - exaggeration * (rise.x * east + rise.y * cross(up, east)));
+    }
     float flatness = inversesqrt(1.0 + slope * slope);
     float share = (height - heights.x) / max(heights.y - heights.x, 1.0);
     vec3 ground = mix(vec3(0.47, 0.43, 0.39), tint(share), smoothstep(0.45, 0.80, flatness));
     bool isSea = height <= 0.0 && flatness > 0.9999;
     if (isSea) ground = vec3(0.26, 0.43, 0.54);
+    if (style == 1) ground = vec3(0.74);
+    if (style == 2) ground = slopeColour(degrees(atan(slope)));
+    if (style == 3) ground = errorColour(certifiedError);
     float sun = max(dot(normal, normalize(SUN)), 0.0);
     vec3 light = vec3(0.47, 0.51, 0.58) * (0.65 + 0.35 * dot(normal, up)) + vec3(0.95, 0.88, 0.75) * sun;
     vec3 colour = ground * light;
-    if (!isSea) colour *= 1.0 - 0.16 * contour();
+    if (contours && !isSea) colour *= 1.0 - 0.16 * contour();
     float distance = length(fromEye);
-    float haze = 1.0 - exp(-pow(distance / hazeDistance, 1.6));
+    float haze = 1.0 - exp(-pow(max(distance - clearDistance, 0.0) / hazeDistance, 1.6));
     colour = mix(colour, skyColour(fromEye / distance), haze);
     gl_FragColor = vec4(colour, 1.0);
   }
@@ -110,6 +158,7 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
 /** The edges of the triangles, fainter far away. */
 export const WIRE_FRAGMENT = /* glsl */ `
   uniform float hazeDistance;
+  uniform float clearDistance;
   in vec3 fromEye;
   in float height;
   #include <common>
@@ -117,7 +166,7 @@ export const WIRE_FRAGMENT = /* glsl */ `
 
   void main() {
     #include <logdepthbuf_fragment>
-    gl_FragColor = vec4(0.05, 0.09, 0.16, 0.55 * exp(-length(fromEye) / hazeDistance));
+    gl_FragColor = vec4(0.05, 0.09, 0.16, 0.55 * exp(-max(length(fromEye) - clearDistance, 0.0) / hazeDistance));
   }
 `;
 

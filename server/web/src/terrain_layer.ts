@@ -5,6 +5,8 @@ import { keyOf, parentOf } from "./address.ts";
 import { Frame } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice, type View } from "./select.ts";
+import { geographic, type GroundPoint } from "./ground.ts";
+import { NormalsStore } from "./normals_store.ts";
 import type { TileMesh, SharedUniforms } from "./tile_mesh.ts";
 import { TileStore } from "./tile_store.ts";
 import type { Tileset } from "./tileset.ts";
@@ -19,6 +21,8 @@ export interface Stats {
   readonly error: number;
   /** Compressed bytes of all tiles loaded so far. */
   readonly bytes: number;
+  /** And of all rasters of normals. */
+  readonly normalsBytes: number;
 }
 
 const BLEND_MILLISECONDS = 250;
@@ -32,6 +36,7 @@ export class TerrainLayer {
   readonly box: THREE.Box3;
   readonly uniforms: SharedUniforms;
   private readonly store: TileStore;
+  private readonly normals: NormalsStore;
   private shown = new Map<string, Choice>();
   private blending: TileMesh[] = [];
   private blendStart = 0;
@@ -53,8 +58,12 @@ export class TerrainLayer {
       heights: { value: new THREE.Vector2(...heights) },
       contourInterval: { value: niceInterval((heights[1] - heights[0]) / CONTOURS_PER_RANGE) },
       hazeDistance: { value: Math.max(60_000, 2.5 * this.box.getSize(new THREE.Vector3()).length()) },
+      clearDistance: { value: 0 },
+      style: { value: 0 },
+      contours: { value: true },
       axis: { value: this.frame.axis },
     };
+    this.normals = new NormalsStore(tileset, () => this.invalidate());
     this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
   }
 
@@ -65,7 +74,36 @@ export class TerrainLayer {
 
   /** Whether nothing will change until the view does. */
   get isSettled(): boolean {
-    return !this.isStale && this.blending.length === 0 && this.missing === 0 && !this.store.isLoading;
+    return !this.isStale && this.blending.length === 0 && !this.isLoading;
+  }
+
+  /** Whether something that the view needs is not here yet. */
+  get isLoading(): boolean {
+    return this.missing > 0 || this.store.isLoading || this.normals.isLoading;
+  }
+
+  /** Where a ray in the scene first meets the ground that is drawn. */
+  hit(ray: THREE.Ray): GroundPoint | undefined {
+    const { exaggeration, baseHeight } = this.uniforms;
+    let nearest: { distance: number; height: number; error: number } | undefined;
+    for (const { address, error } of this.shown.values()) {
+      const mesh = this.store.get(address)?.mesh;
+      if (mesh === undefined || !ray.intersectsBox(this.store.box(address))) continue;
+      const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
+      if (found !== undefined) nearest = { ...found, error };
+    }
+    if (nearest === undefined) return undefined;
+    const position = ray.at(nearest.distance, new THREE.Vector3());
+    const up = position.clone().sub(this.frame.earthCentre).normalize();
+    const raised = (exaggeration.value - 1) * (nearest.height - baseHeight.value);
+    const level = position.clone().addScaledVector(up, -raised);
+    return { ...nearest, position, ...geographic(this.frame, level) };
+  }
+
+  /** Whether light comes from rasters of normals, which have to be loaded. */
+  setDetailedLight(isDetailed: boolean): void {
+    this.normals.isEnabled = isDetailed;
+    this.invalidate();
   }
 
   /** The next update selects anew. */
@@ -104,11 +142,13 @@ export class TerrainLayer {
       zooms: zooms.length > 0 ? [Math.min(...zooms), Math.max(...zooms)] : undefined,
       error: choices.reduce((worst, { error }) => Math.max(worst, error), 0),
       bytes: this.store.bytesLoaded,
+      normalsBytes: this.normals.bytesLoaded,
     };
   }
 
   dispose(): void {
     this.store.close();
+    this.normals.close();
     this.group.clear();
   }
 
@@ -125,6 +165,7 @@ export class TerrainLayer {
     this.show(choices, now);
     this.missing = missing.length;
     this.store.request(missing);
+    this.normals.request(choices.filter(({ address }) => view.isVisible(this.store.box(address))).map(({ address }) => address));
   }
 
   private show(choices: readonly Choice[], now: number): void {
@@ -136,6 +177,8 @@ export class TerrainLayer {
       const { tile, mesh } = this.store.get(choice.address)!;
       this.group.add(mesh.object);
       mesh.setWireframe(this.wireframe);
+      mesh.setError(choice.error);
+      this.normals.light(choice.address, mesh);
       const earlier = before.get(key);
       if (earlier !== undefined && isSameDetail(earlier, choice)) continue;
       mesh.show(choice, earlier ?? (isParentIn(before, choice) ? COARSEST_DETAIL : finestDetail(tile)));

@@ -4,6 +4,7 @@
 import * as THREE from "three";
 import { degreesOf } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
+import { firstHit } from "./ground.ts";
 import { drawnPrefix, placesOf, type Detail } from "./partition.ts";
 import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
 import type { Tile } from "./spt.ts";
@@ -16,6 +17,12 @@ export interface SharedUniforms {
   readonly contourInterval: THREE.IUniform<number>;
   readonly hazeDistance: THREE.IUniform<number>;
   readonly axis: THREE.IUniform<THREE.Vector3>;
+  /** How far what is looked at is, metres: haze belongs to what is beyond. */
+  readonly clearDistance: THREE.IUniform<number>;
+  /** Which of the styles, by its place in the list of them. */
+  readonly style: THREE.IUniform<number>;
+  /** Whether lines of equal height are drawn. */
+  readonly contours: THREE.IUniform<boolean>;
 }
 
 /** Share of the way to the eye at which lines are drawn in front of the surface. */
@@ -32,8 +39,13 @@ export class TileMesh {
   readonly byteLength: number;
   private readonly geometry = new THREE.BufferGeometry();
   private readonly positions: THREE.DataTexture;
+  private readonly squares: THREE.DataTexture;
+  private readonly texels: Float32Array;
   private readonly places: THREE.DataTexture;
   private readonly blend = { value: 1 };
+  private readonly certifiedError = { value: 0 };
+  private readonly normals: THREE.IUniform<THREE.Texture | null> = { value: null };
+  private readonly normalsPlace = { value: new THREE.Vector3(1, 0, 0) };
   private readonly uniforms: Record<string, THREE.IUniform>;
   private readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.ShaderMaterial>;
   private wire: THREE.LineSegments | undefined;
@@ -45,19 +57,25 @@ export class TileMesh {
     frame: Frame,
     shared: SharedUniforms,
   ) {
-    const { box, centre, texels } = placesInSpace(tile, frame);
+    const { box, centre, texels, squares } = placesInSpace(tile, frame);
     this.box = box;
+    this.squares = dataTexture(squares, THREE.RGFormat, THREE.FloatType, "RG32F", 2);
+    this.texels = texels;
     this.positions = dataTexture(texels, THREE.RGBAFormat, THREE.FloatType, "RGBA32F", 4);
     const places = padded(Uint32Array, 2 * tile.representatives.length, 2);
     this.places = dataTexture(places, THREE.RGIntegerFormat, THREE.UnsignedIntType, "RG32UI", 2);
     this.geometry.setIndex(new THREE.BufferAttribute(tile.corners, 1));
     this.geometry.boundingSphere = new THREE.Sphere();
-    this.byteLength = texels.byteLength + places.byteLength + tile.corners.byteLength;
+    this.byteLength = texels.byteLength + squares.byteLength + places.byteLength + tile.corners.byteLength;
     this.uniforms = {
       ...shared,
       positions: { value: this.positions },
+      squares: { value: this.squares },
       places: { value: this.places },
       blend: this.blend,
+      certifiedError: this.certifiedError,
+      normals: this.normals,
+      normalsPlace: this.normalsPlace,
       earthCentre: { value: frame.earthCentre.clone().sub(centre) },
     };
     this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(this.uniforms));
@@ -87,6 +105,30 @@ export class TileMesh {
     if (blend === 1 && this.shown !== undefined) this.drawTriangles(drawnPrefix(this.tile, this.shown));
   }
 
+  /** For the style that shows it. */
+  setError(metres: number): void {
+    this.certifiedError.value = metres;
+  }
+
+  /** Light comes from `normals`, of which this tile's square is `size` wide from a corner on. */
+  setNormals(normals: THREE.Texture | null, size: number, x: number, y: number): void {
+    this.normals.value = normals;
+    this.normalsPlace.value.set(size, x, y);
+  }
+
+  /** Where a ray in the scene first meets what is drawn. */
+  hit(ray: THREE.Ray, exaggeration: number, baseHeight: number, farthest: number): { distance: number; height: number } | undefined {
+    const centre = this.object.position;
+    const own = new THREE.Ray(ray.origin.clone().sub(centre), ray.direction);
+    const up = new THREE.Vector3();
+    const earthCentre = this.uniforms["earthCentre"]!.value as THREE.Vector3;
+    const raise = (place: THREE.Vector3, height: number) =>
+      exaggeration === 1 ? place : place.addScaledVector(up.copy(place).sub(earthCentre).normalize(), (exaggeration - 1) * (height - baseHeight));
+    const places = this.places.image.data as Uint32Array;
+    const surface = { corners: this.tile.corners, texels: this.texels, places, triangleCount: this.drawn, stride: 2 };
+    return firstHit(own, surface, raise, farthest);
+  }
+
   setWireframe(visible: boolean): void {
     if (visible && this.wire === undefined) {
       this.wire = wireOf(this.tile, this.uniforms);
@@ -97,7 +139,7 @@ export class TileMesh {
   }
 
   dispose(): void {
-    for (const part of [this.geometry, this.positions, this.places, this.surface.material]) part.dispose();
+    for (const part of [this.geometry, this.positions, this.squares, this.places, this.surface.material]) part.dispose();
     this.wire?.geometry.dispose();
     (this.wire?.material as THREE.Material | undefined)?.dispose();
   }
@@ -128,11 +170,13 @@ function placesInSpace(tile: Tile, frame: Frame) {
   const box = new THREE.Box3().setFromPoints(places);
   const centre = box.getCenter(new THREE.Vector3());
   const texels = padded(Float32Array, 4 * placeCount, 4);
+  const squares = padded(Float32Array, 2 * placeCount, 2);
   places.forEach((place, index) => {
+    for (const axis of [0, 1]) squares[2 * index + axis] = tile.positions[3 * index + axis]! / 2 ** tile.extentBits;
     place.sub(centre).toArray(texels, 4 * index);
     texels[4 * index + 3] = tile.positions[3 * index + 2]!;
   });
-  return { box, centre, texels };
+  return { box, centre, texels, squares };
 }
 
 /** An array of whole texture rows. */

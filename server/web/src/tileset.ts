@@ -48,10 +48,16 @@ export async function listTilesets(): Promise<Tileset[]> {
   return listed.map(checked);
 }
 
+/** What the heights of a tileset are above. */
+export function datumOf({ source }: Metadata): string {
+  return source?.heights_above || source?.vertical_datum || "unspecified";
+}
+
 /** What the heights of a tileset are above, and what made them so, in a line. */
-export function heightsAbove({ source }: Metadata): string {
+export function heightsAbove(metadata: Metadata): string {
+  const { source } = metadata;
   const datum = source?.vertical_datum || "unspecified";
-  const above = source?.heights_above || datum;
+  const above = datumOf(metadata);
   const grid = source?.geoid ? ` by ${source.geoid}` : "";
   return above === datum ? `Heights above: ${above}` : `Heights above: ${above}, from ${datum}${grid}`;
 }
@@ -59,6 +65,11 @@ export function heightsAbove({ source }: Metadata): string {
 /** URL of a tile of an archive, relative to the page. */
 export function tileUrl(tileset: Tileset, key: string): string {
   return `${encodeURIComponent(tileset.name)}/${key}.spt?v=${encodeURIComponent(tileset.version)}`;
+}
+
+/** URL of the raster of normals of a tile's square, relative to the page. */
+export function normalsUrl(tileset: Tileset, key: string): string {
+  return `${encodeURIComponent(tileset.name)}/gradients/${key}.webp?v=${encodeURIComponent(tileset.version)}`;
 }
 
 function checked(value: Tileset): Tileset {

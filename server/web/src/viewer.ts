@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
+import { geographic, type GroundPoint } from "./ground.ts";
 import type { View } from "./select.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
 import { TerrainLayer, type Stats } from "./terrain_layer.ts";
@@ -13,6 +14,20 @@ const FIELD_OF_VIEW_DEGREES = 45;
 /** Of the first view: looking north-north-west, this far down. */
 const FIRST_VIEW = { azimuthDegrees: 335, downDegrees: 32, fill: 0.8 };
 const LONGEST_STEP_SECONDS = 0.1;
+/** Metres that the camera stays above the ground. */
+const CLEARANCE = 2;
+/** Metres above the camera from where the ground below it is looked for. */
+const FROM_ABOVE = 50_000;
+/** Pixels that an arrow key moves the view, and how much nearer + brings it. */
+const [KEY_PIXELS, KEY_ZOOM] = [40, 0.8];
+/** Where a view is: degrees and metres of the eye, degrees from north to the east, and down from the level. */
+export interface Pose {
+  readonly longitude: number;
+  readonly latitude: number;
+  readonly height: number;
+  readonly azimuth: number;
+  readonly down: number;
+}
 
 /** Shows one tileset at a time on a canvas. */
 export class Viewer {
@@ -25,6 +40,9 @@ export class Viewer {
   private maxPixels = 2;
   private exaggeration = 1;
   private wireframe = false;
+  private style = 0;
+  private contours = false;
+  private detailedLight = true;
   private needsFrame = true;
   private lastFrame = 0;
   private waiting: (() => void)[] = [];
@@ -42,7 +60,14 @@ export class Viewer {
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.maxPolarAngle = THREE.MathUtils.degToRad(89);
     this.orbit.zoomToCursor = true;
+    this.orbit.keyPanSpeed = KEY_PIXELS;
+    this.orbit.minDistance = 2 * CLEARANCE;
     this.orbit.addEventListener("change", () => this.moved());
+    this.orbit.listenToKeyEvents(canvas);
+    // Before the controls' own listeners: they turn around, and come nearer to, the ground in the middle of the view.
+    for (const type of ["pointerdown", "wheel", "keydown"]) canvas.addEventListener(type, () => this.aim(), { capture: true });
+    canvas.addEventListener("keydown", (event) => this.zoomByKey(event.key));
+    canvas.addEventListener("pointerdown", () => canvas.focus());
     this.fly = new FlyControls(this.camera, canvas, () => this.moved());
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.renderer.setAnimationLoop((now) => this.frame(now));
@@ -55,6 +80,9 @@ export class Viewer {
     this.layer = new TerrainLayer(tileset, () => this.redraw());
     this.layer.uniforms.exaggeration.value = this.exaggeration;
     this.layer.setWireframe(this.wireframe);
+    this.layer.setDetailedLight(this.detailedLight);
+    this.layer.uniforms.style.value = this.style;
+    this.layer.uniforms.contours.value = this.contours;
     this.scene.add(this.layer.group);
     this.lookAtAll();
   }
@@ -85,6 +113,81 @@ export class Viewer {
     this.exaggeration = factor;
     if (this.layer !== undefined) this.layer.uniforms.exaggeration.value = factor;
     this.layer?.invalidate();
+  }
+
+  setStyle(style: number): void {
+    this.style = style;
+    if (this.layer !== undefined) this.layer.uniforms.style.value = style;
+    this.redraw();
+  }
+
+  setContours(visible: boolean): void {
+    this.contours = visible;
+    if (this.layer !== undefined) this.layer.uniforms.contours.value = visible;
+    this.redraw();
+  }
+
+  /** Whether light shows more than the triangles. */
+  setDetailedLight(isDetailed: boolean): void {
+    this.detailedLight = isDetailed;
+    this.layer?.setDetailedLight(isDetailed);
+  }
+
+  get isLoading(): boolean {
+    return this.layer?.isLoading ?? false;
+  }
+
+  /** The ground at a place of the canvas, from -1 to 1 to the right and upwards. */
+  groundAt(x: number, y: number): GroundPoint | undefined {
+    const caster = new THREE.Raycaster();
+    this.camera.updateMatrixWorld();
+    caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
+    return this.layer?.hit(caster.ray);
+  }
+
+  /** How high the camera is above the ground that is drawn; undefined where there is none. */
+  metresAboveGround(): number | undefined {
+    if (this.layer === undefined) return undefined;
+    const up = this.up(this.layer);
+    const high = this.camera.position.clone().addScaledVector(up, FROM_ABOVE);
+    const ground = this.layer.hit(new THREE.Ray(high, up.clone().negate()));
+    return ground === undefined ? undefined : ground.distance - FROM_ABOVE;
+  }
+
+  /** Metres that a pixel of the page covers at a distance. */
+  metresPerPixel(distance: number): number {
+    return (2 * distance * Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW_DEGREES / 2))) / this.canvas.clientHeight;
+  }
+
+  get pose(): Pose | undefined {
+    if (this.layer === undefined) return undefined;
+    const { longitude, latitude } = geographic(this.layer.frame, this.camera.position);
+    const toEye = this.camera.position.clone().sub(this.layer.frame.position(longitude, latitude, 0));
+    const height = toEye.dot(this.up(this.layer));
+    const ahead = this.camera.getWorldDirection(new THREE.Vector3());
+    const azimuth = (THREE.MathUtils.radToDeg(Math.atan2(ahead.x, ahead.y)) + 360) % 360;
+    return { longitude, latitude, height, azimuth, down: THREE.MathUtils.radToDeg(Math.asin(-ahead.z)) };
+  }
+
+  /** Looks from where a pose is. */
+  setPose({ longitude, latitude, height, azimuth, down }: Pose): void {
+    const eye = this.layer?.frame.position(longitude, latitude, height);
+    if (eye === undefined) return;
+    const [azimuthRadians, downRadians] = [azimuth, down].map(THREE.MathUtils.degToRad) as [number, number];
+    const level = Math.cos(downRadians);
+    const ahead = new THREE.Vector3(level * Math.sin(azimuthRadians), level * Math.cos(azimuthRadians), -Math.sin(downRadians));
+    const distance = THREE.MathUtils.clamp((eye.z - this.layer!.box.min.z) / Math.max(Math.sin(downRadians), 0.05), 10, this.orbit.maxDistance);
+    this.camera.position.copy(eye);
+    this.orbit.target.copy(eye).addScaledVector(ahead, distance);
+    this.orbit.update();
+    this.camera.lookAt(this.orbit.target);
+    this.moved();
+  }
+
+  /** Turns the view around what is in its middle until north is up. */
+  faceNorth(): void {
+    this.aim();
+    this.orbit.rotateLeft(this.orbit.getAzimuthalAngle());
   }
 
   setWireframe(visible: boolean): void {
@@ -150,11 +253,45 @@ export class Viewer {
     if (this.fly.update(seconds, this.flySpeed())) this.moved();
     if (!this.needsFrame) return;
     this.needsFrame = false;
+    this.stayAbove();
     this.camera.updateMatrixWorld();
+    if (this.layer !== undefined) this.layer.uniforms.clearDistance.value = this.focusDistance(this.layer);
     this.layer?.update(this.view(), now);
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
     if (this.layer?.isSettled === true) this.waiting.splice(0).forEach((resolve) => resolve());
+  }
+
+  /** The controls' target goes to the ground in the middle of the view, which stays as it is. */
+  private aim(): void {
+    const ground = this.orbit.enabled ? this.groundAt(0, 0) : undefined;
+    if (ground !== undefined) this.orbit.target.copy(ground.position);
+  }
+
+  private zoomByKey(key: string): void {
+    if (!this.orbit.enabled) return;
+    if (key === "+" || key === "=") this.orbit.dollyIn(KEY_ZOOM);
+    if (key === "-") this.orbit.dollyOut(KEY_ZOOM);
+  }
+
+  /** Lifts the camera, and what it looks at, out of the ground. */
+  private stayAbove(): void {
+    const above = this.metresAboveGround();
+    if (this.layer === undefined || above === undefined || above >= CLEARANCE) return;
+    const up = this.up(this.layer);
+    this.camera.position.addScaledVector(up, CLEARANCE - above);
+    this.orbit.target.addScaledVector(up, CLEARANCE - above);
+    this.moved();
+  }
+
+  private up(layer: TerrainLayer): THREE.Vector3 {
+    return this.camera.position.clone().sub(layer.frame.earthCentre).normalize();
+  }
+
+  /** How far away what is looked at is. */
+  private focusDistance(layer: TerrainLayer): number {
+    const { position } = this.camera;
+    return this.groundAt(0, 0)?.distance ?? Math.max(layer.box.distanceToPoint(position), position.z - layer.box.min.z);
   }
 
   /** Half the height over the lowest ground every second: calm near the ground, quick high above it. */

@@ -145,6 +145,128 @@ test("dragging orbits, and W flies forward", async () => {
   assert.ok(changedShare(turned, await pixels()) > 0.05, "the flight changes the picture");
 });
 
+/** Turns the wheel over the middle, without waiting for frames in between. */
+const turnWheel = (turns, deltaY) =>
+  page.evaluate(
+    ([turns, deltaY]) => {
+      const canvas = document.querySelector("#view");
+      const wheel = { deltaY, clientX: canvas.clientWidth / 2, clientY: canvas.clientHeight / 2, cancelable: true };
+      for (let turn = 0; turn < turns; turn++) canvas.dispatchEvent(new WheelEvent("wheel", wheel));
+    },
+    [turns, deltaY],
+  );
+
+/** Looks at the middle of the data as at first, without flying. */
+async function startAnew() {
+  if (await page.isChecked("#flying")) await page.uncheck("#flying");
+  await page.keyboard.press("r");
+  return settledStats();
+}
+
+test("far away the terrain is not lost in haze", async () => {
+  await startAnew();
+  await turnWheel(25, 100);
+  await settledStats();
+  const { groundShare } = describe(await pixels());
+  assert.ok(groundShare > 0.005, `${groundShare} of the picture is ground`);
+});
+
+test("neither the wheel nor a flight leads below the ground", async () => {
+  await startAnew();
+  await turnWheel(60, -100);
+  await settledStats();
+  const zoomed = await page.evaluate(() => window.terrain.metresAboveGround());
+  assert.ok(zoomed > 1.9 && zoomed < 1000, `${zoomed} m above ground after zooming in`);
+  await page.keyboard.press("f");
+  await page.keyboard.down("q");
+  await page.waitForTimeout(3000);
+  await page.keyboard.up("q");
+  await settledStats();
+  const flown = await page.evaluate(() => window.terrain.metresAboveGround());
+  assert.ok(flown > 1.9 && flown < 1000, `${flown} m above ground after flying down`);
+});
+
+test("arrows move the view, + and - bring it nearer and farther", async () => {
+  await startAnew();
+  await page.focus("#view");
+  const poses = [await page.evaluate(() => window.terrain.pose())];
+  for (const key of ["ArrowUp", "+", "-"]) {
+    await page.keyboard.press(key);
+    await settledStats();
+    poses.push(await page.evaluate(() => window.terrain.pose()));
+  }
+  const [first, moved, nearer, farther] = poses;
+  assert.ok(moved.latitude > first.latitude, "up is forward");
+  assert.ok(nearer.height < moved.height - 100, `${moved.height} → ${nearer.height} m`);
+  assert.ok(farther.height > nearer.height + 100, `${nearer.height} → ${farther.height} m`);
+});
+
+test("the height under the pointer is that of the server, within both errors", async () => {
+  await startAnew();
+  await page.mouse.move(420, 260);
+  const text = await page.textContent("#place");
+  assert.match(text, /^[\d.]+° N, [\d.]+° W: [\d.]+ ± [\d.]+ m above /);
+  const ground = await page.evaluate(() => window.terrain.groundAt(420 / 320 - 1, 1 - 260 / 240));
+  const [{ name }] = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json()));
+  const query = `${name}/height?longitude=${ground.longitude}&latitude=${ground.latitude}`;
+  const { points } = await page.evaluate((query) => fetch(query).then((answer) => answer.json()), query);
+  const difference = Math.abs(points[0].height - ground.height);
+  console.log({ text, difference });
+  assert.ok(difference <= ground.error + points[0].error + 0.01, `${difference} m`);
+});
+
+test("a link leads to the same view", async () => {
+  await page.evaluate(() => window.terrain.flyTo(-84.2, 36.3, 500, 9000, 120, 40));
+  await settledStats();
+  await page.waitForTimeout(1000);
+  const wanted = await page.evaluate(() => window.terrain.pose());
+  const other = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  await other.goto(page.url());
+  await other.waitForFunction(() => window.terrain !== undefined);
+  const got = await other.evaluate(() => window.terrain.pose());
+  await other.close();
+  for (const [part, most] of Object.entries({ longitude: 1e-5, latitude: 1e-5, height: 1, azimuth: 0.1, down: 0.1 })) {
+    assert.ok(Math.abs(got[part] - wanted[part]) < most, `${part}: ${wanted[part]} → ${got[part]}`);
+  }
+});
+
+test("on a phone the panel is folded and opens", async () => {
+  const phone = await browser.newPage({ viewport: { width: 360, height: 640 } });
+  await phone.goto(process.env.TERRAIN_URL);
+  await phone.waitForFunction(() => window.terrain !== undefined);
+  const folded = await phone.locator("#panel").boundingBox();
+  assert.ok(folded.width * folded.height < 0.05 * 360 * 640, JSON.stringify(folded));
+  await phone.click("#panel summary");
+  assert.ok(await phone.isVisible("#pixels"));
+  await phone.close();
+});
+
+test("light by normals changes the picture, not the triangles", async () => {
+  const fine = await startAnew();
+  const lit = await pixels();
+  await page.uncheck("#light");
+  const plain = await settledStats();
+  const changed = changedShare(lit, await pixels());
+  await page.check("#light");
+  assert.ok(fine.normalsBytes > 1000 && changed > 0.02, `${fine.normalsBytes} bytes, ${changed} of the picture`);
+  assert.equal(plain.triangles, fine.triangles);
+});
+
+test("what was drawn stays while the server is away, and goes on when it is back", async () => {
+  const shaken = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  let answered = 0;
+  await shaken.route("**/*.spt*", (route) => (++answered > 8 ? route.abort() : route.continue()));
+  await shaken.goto(process.env.TERRAIN_URL);
+  await shaken.waitForSelector("#message:not([hidden])");
+  assert.ok((await shaken.evaluate(() => window.terrain.stats())).tiles > 0, "something is drawn");
+  await shaken.unroute("**/*.spt*");
+  await shaken.waitForSelector("#message", { state: "hidden" });
+  await shaken.evaluate(() => window.terrain.settled());
+  const stats = await shaken.evaluate(() => window.terrain.stats());
+  await shaken.close();
+  assert.ok(stats.triangles > 1000, JSON.stringify(stats));
+});
+
 test("a missing server is told in a line", async () => {
   const lost = await browser.newPage();
   await lost.route("**/tilesets", (route) => route.abort());

@@ -1,4 +1,5 @@
 //! Files and documents against what they are made from, read by code that shares nothing with what writes them.
+#![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
@@ -310,7 +311,7 @@ fn subtrees_tell_of_every_tile_in_morton_order_and_bound_what_is_in_it() {
     );
     let children = view(&description["childSubtreeAvailability"]["bitstream"]);
     let set = (0..children.len() * 8).filter(|&index| is_set(children, index));
-    let child = column_of_tiles(7).into_iter().last().unwrap();
+    let child = column_of_tiles(7).into_iter().next_back().unwrap();
     assert_eq!(set.collect::<Vec<_>>(), [place(child) - (4_usize.pow(7) - 1) / 3]);
     let table = &description["propertyTables"][0]["properties"];
     let numbers: Vec<f64> = view(&table["boundingSphere"]["values"])

@@ -1,0 +1,67 @@
+// Places in the frame on the Earth, and where a ray meets the ground that is drawn.
+
+import * as THREE from "three";
+import type { Frame } from "./frame.ts";
+
+/** Where a ray meets the ground. */
+export interface GroundPoint {
+  /** In the frame, exaggerated as it is drawn. */
+  readonly position: THREE.Vector3;
+  /** From where the ray begins, metres. */
+  readonly distance: number;
+  readonly longitude: number;
+  readonly latitude: number;
+  /** Metres, without exaggeration. */
+  readonly height: number;
+  /** Certified, metres. */
+  readonly error: number;
+}
+
+/** A surface as triangles: corners of triangles, four numbers a place (x, y, z and height), and the place of each vertex. */
+export interface DrawnSurface {
+  readonly corners: Uint32Array;
+  readonly texels: Float32Array;
+  readonly places: Uint32Array;
+  readonly triangleCount: number;
+  /** Which vertices' places are at even indices of `places`. */
+  readonly stride: number;
+}
+
+/** Where a ray first meets the surface, before `farthest`: how far away, and the height there. */
+export function firstHit(
+  ray: THREE.Ray,
+  surface: DrawnSurface,
+  raise: (place: THREE.Vector3, height: number) => THREE.Vector3,
+  farthest: number,
+): { distance: number; height: number } | undefined {
+  const { corners, texels, places, stride } = surface;
+  const triangle = new THREE.Triangle();
+  const [corner, weights, met] = [[triangle.a, triangle.b, triangle.c], new THREE.Vector3(), new THREE.Vector3()];
+  const heights = new THREE.Vector3();
+  let found: { distance: number; height: number } | undefined;
+  for (let at = 0; at < 3 * surface.triangleCount; at += 3) {
+    for (let side = 0; side < 3; side++) {
+      const place = 4 * places[stride * corners[at + side]!]!;
+      heights.setComponent(side, texels[place + 3]!);
+      raise(corner[side]!.fromArray(texels, place), texels[place + 3]!);
+    }
+    if (ray.intersectTriangle(triangle.a, triangle.b, triangle.c, false, met) === null) continue;
+    const distance = met.distanceTo(ray.origin);
+    if (distance >= (found?.distance ?? farthest) || triangle.getBarycoord(met, weights) === null) continue;
+    found = { distance, height: weights.dot(heights) };
+  }
+  return found;
+}
+
+/** Degrees of a place in a frame; after Bowring (1976), which near the ground is right to less than a millimetre. */
+export function geographic(frame: Frame, position: THREE.Vector3): { longitude: number; latitude: number } {
+  const [semiMajor, flattening] = [6378137, 1 / 298.257223563];
+  const semiMinor = semiMajor * (1 - flattening);
+  const squared = flattening * (2 - flattening);
+  const { x, y, z } = frame.earthCentredOf(position);
+  const horizontal = Math.hypot(x, y);
+  const reduced = Math.atan2(z * semiMajor, horizontal * semiMinor);
+  const up = z + (squared / (1 - squared)) * semiMinor * Math.sin(reduced) ** 3;
+  const latitude = Math.atan2(up, horizontal - squared * semiMajor * Math.cos(reduced) ** 3);
+  return { longitude: THREE.MathUtils.radToDeg(Math.atan2(y, x)), latitude: THREE.MathUtils.radToDeg(latitude) };
+}

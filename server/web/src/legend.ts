@@ -1,0 +1,17 @@
+// What colours mean: the same stops as in the shader of the terrain.
+
+const COLOURS = [
+  "rgb(61 102 69), rgb(115 140 84) 22%, rgb(184 173 120) 45%, rgb(148 117 92) 66%, rgb(168 161 156) 82%, rgb(247 250 255) 96%",
+  "rgb(60 60 60), rgb(240 240 240)",
+  "rgb(237 242 230), rgb(250 212 102) 30%, rgb(222 99 51) 60%, rgb(92 23 84)",
+  "rgb(43 94 161), rgb(115 194 166) 33%, rgb(250 224 140) 66%, rgb(191 46 38)",
+] as const;
+
+/** Shows the colours of a style between their ends. */
+export function showLegend(style: number, [lowest, highest]: readonly [number, number]): void {
+  const ends = [[`${Math.floor(lowest)} m`, `${Math.ceil(highest)} m`], ["shade", "sun"], ["0°", "50°"], ["≤ 0.1 m", "≥ 1 km"]];
+  const [low = "", high = ""] = ends[style] ?? [];
+  document.getElementById("legend-low")!.textContent = low;
+  document.getElementById("legend-high")!.textContent = high;
+  document.getElementById("legend-colours")!.style.background = `linear-gradient(to right, ${COLOURS[style]})`;
+}
