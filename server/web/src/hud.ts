@@ -105,13 +105,14 @@ export function showStats({ tiles, triangles, zooms, bytes, normalsBytes }: Stat
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
 
 /** Shows the ground under the pointer, or in the middle where there is no pointer. */
-export function showPlace(ground: GroundPoint | undefined, above: string): void {
+export function showPlace(ground: GroundPoint | undefined, datum: string): void {
   if (ground === undefined) {
     setText("place", "");
     return;
   }
   const { longitude, latitude, height, error } = ground;
   const at = `${Math.abs(latitude).toFixed(5)}° ${latitude < 0 ? "S" : "N"}, ${Math.abs(longitude).toFixed(5)}° ${longitude < 0 ? "W" : "E"}`;
+  const above = datum === "unspecified" ? "an unknown datum" : datum;
   setText("place", `${at}: ${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)} above ${above}`);
 }
 
