@@ -167,11 +167,7 @@ impl Pack<'_> {
         if !self.chosen.contains(&address) {
             return Ok(None);
         }
-        let head = spt::decode_head(&self.stored(address)?, &LevelLimits::default())?;
-        Ok(Some(Described {
-            heights: head.heights,
-            error: head.errors[0],
-        }))
+        Ok(Some(Described::of_stored(&self.stored(address)?)?))
     }
 
     fn stored(&self, address: TileAddress) -> anyhow::Result<Vec<u8>> {

@@ -113,7 +113,7 @@ async fn normals(
     let format = image::Format::named(ending)?;
     let missing = || format!("tileset “{name}” has no normals {z}/{x}/{file}");
     let address = tile_address([&z, &x, &file])?;
-    if !tileset.has(address) {
+    if tileset.checksum(address).is_none() {
         return Err(Failure::NotFound(missing()));
     }
     let TileAddress { zoom, x, y } = address;

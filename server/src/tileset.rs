@@ -89,11 +89,6 @@ impl Tileset {
         self.archive.checksum(address)
     }
 
-    /// Whether there is a tile.
-    pub(crate) fn has(&self, address: TileAddress) -> bool {
-        self.archive.checksum(address).is_some()
-    }
-
     /// Of all that a tile for other clients is made of: the tile, those beside it, and what is outside.
     pub(crate) fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
         let beside = addresses_around(address)

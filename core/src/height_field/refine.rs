@@ -229,8 +229,7 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         let Some(corners) = self.surface.connectivity.corners(triangle) else {
             return Deviation::NONE;
         };
-        let folded = self.folded(corners);
-        if folded.size > self.refinement.tolerance {
+        if let Some(folded) = self.folded(corners) {
             return folded;
         }
         let at_samples = (self.at_samples)(self.surface, corners);
@@ -248,17 +247,18 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         along.fold(at_samples, Deviation::or)
     }
 
-    /// By how much a triangle lies over others, and the middle of its longest edge.
-    fn folded(&self, corners: [u32; 3]) -> Deviation {
-        let [a, b, c] = corners.map(|corner| self.surface.point(corner));
-        let edges = [(a.grid, b.grid), (b.grid, c.grid), (c.grid, a.grid)];
-        let longest = edges
-            .into_iter()
-            .max_by(|(a, b), (c, d)| a.distance_squared(*b).total_cmp(&c.distance_squared(*d)));
-        Deviation {
-            size: self.surface.reference.fold([a, b, c]),
-            at: longest.map_or(a.grid, |(from, to)| from.midpoint(to)),
-        }
+    /// By how much a triangle lies over others, if too much, and the middle of its longest edge.
+    fn folded(&self, corners: [u32; 3]) -> Option<Deviation> {
+        let corners = corners.map(|corner| self.surface.point(corner));
+        let size = self.surface.reference.fold(corners);
+        (size > self.refinement.tolerance).then(|| {
+            let [a, b, c] = corners.map(|corner| corner.grid);
+            let longest = [(a, b), (b, c), (c, a)]
+                .into_iter()
+                .max_by(|(a, b), (c, d)| a.distance_squared(*b).total_cmp(&c.distance_squared(*d)));
+            let at = longest.map_or(a, |(from, to)| from.midpoint(to));
+            Deviation { size, at }
+        })
     }
 
     /// The worst along an edge, if the bound is to hold there and the edge is not given.

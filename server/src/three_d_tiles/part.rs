@@ -3,7 +3,6 @@
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::formats::quantized_mesh::Extensions;
 use terrain_tiles::formats::three_d_tiles::{self as format, Described, Packing, Squares, TileSurface};
-use terrain_tiles::formats::{LevelLimits, spt};
 
 use crate::failure::Failure;
 use crate::tileset::{TileError, Tileset};
@@ -91,12 +90,9 @@ fn describe(tileset: &Tileset, address: TileAddress) -> Result<Option<Described>
     let Some(bytes) = tileset.stored(address)? else {
         return Ok(None);
     };
-    let head = spt::decode_head(&bytes, &LevelLimits::default())
-        .map_err(|error| Failure::internal(format!("tile {address}: {error}")))?;
-    Ok(Some(Described {
-        heights: head.heights,
-        error: head.errors[0],
-    }))
+    let described =
+        Described::of_stored(&bytes).map_err(|error| Failure::internal(format!("tile {address}: {error}")))?;
+    Ok(Some(described))
 }
 
 fn measured(tileset: &Tileset, address: TileAddress, packing: Packing) -> Result<Vec<u8>, TileError> {

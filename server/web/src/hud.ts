@@ -77,7 +77,7 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
   const select = element("tileset", HTMLSelectElement);
   select.append(...tilesets.map(({ name }) => new Option(name)));
   select.hidden = tilesets.length < 2;
-    const showHeights = (tileset?: Tileset) => {
+  const showHeights = (tileset?: Tileset) => {
     setText("name", tileset?.name ?? "");
     setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
     heights = tileset?.metadata.heights ?? heights;

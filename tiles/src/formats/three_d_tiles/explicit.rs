@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::region::Region;
 use crate::address::TileAddress;
+use crate::formats::{DecodeError, LevelLimits, spt};
 use crate::metadata::Metadata;
 
 /// Zooms of a document; at the next one are the documents that it names.
@@ -20,6 +21,20 @@ pub struct Described {
     pub heights: [f64; 2],
     /// Certified vertical error of its finest surface, metres.
     pub error: f64,
+}
+
+impl Described {
+    /// What stands before the levels of a stored tile.
+    ///
+    /// # Errors
+    /// When `bytes` are no tile.
+    pub fn of_stored(bytes: &[u8]) -> Result<Self, DecodeError> {
+        let head = spt::decode_head(bytes, &LevelLimits::default())?;
+        Ok(Self {
+            heights: head.heights,
+            error: head.errors[0],
+        })
+    }
 }
 
 /// The document whose root is the tile at `root`, or both roots of the Earth; none where there is no tile. `version`, if one is given, becomes part
