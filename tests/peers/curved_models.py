@@ -53,13 +53,13 @@ def original(path: Path) -> tuple[Surface, float]:
     return bicubics(path) if path.suffix == ".bez" else (read(path), 0.0)
 
 
-def compare(program: Path, model: Path, counts: list[int]) -> bool:
+def compare(program: Path, model: Path, counts: list[int], creases: list[str]) -> bool:
     """Prints a row of the table for each number of patches; tells whether all claims hold."""
     surface, strayed = original(model)
     diagonal = surface.diagonal
     with tempfile.TemporaryDirectory() as name:
         levels, drawn, cost = Path(name) / "levels.clod", Path(name) / "drawn.ply", Path(name) / "cost.json"
-        made = [program, "clod", model, "--patches", str(min(counts)), "-o", levels, "--json", "--quiet"]
+        made = [program, "clod", model, "--patches", str(min(counts)), *creases, "-o", levels, "--json", "-q"]
         known = json.loads(measured(made, cost))["levels"]
         spent = json.loads(cost.read_text())
         print(f"`{model.name}`: {len(known)} levels in {spent['cpu_seconds']:.1f} CPU s, {spent['peak_megabytes']:.0f} MB")
@@ -81,10 +81,12 @@ def main() -> int:
     parser.add_argument("models", metavar="MODEL", nargs="+", type=Path)
     parser.add_argument("--program", type=Path, default=PROGRAM)
     parser.add_argument("--patches", type=lambda text: [int(word) for word in text.split(",")], default=[10_000, 1_000])
+    parser.add_argument("--crease-angle", metavar="DEGREES", help="as for terrain-ingest clod")
     options = parser.parse_args()
+    creases = ["--crease-angle", options.crease_angle] if options.crease_angle else []
     print("| patches of level 0 | left | certified, % of the diagonal | measured | slack |")
     print("| ---: | ---: | ---: | ---: | ---: |")
-    holds = [compare(options.program, model, options.patches) for model in options.models]
+    holds = [compare(options.program, model, options.patches, creases) for model in options.models]
     return 0 if all(holds) else 1
 
 
