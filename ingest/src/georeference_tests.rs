@@ -97,6 +97,17 @@ fn nad27_is_shifted_by_tens_of_metres() {
 }
 
 #[test]
+fn where_proj_would_change_the_shift_from_point_to_point_places_are_continuous() {
+    for first in [[-80.0, 45.0], [-99.0, 25.0]] {
+        let to_crs = north_up(first, 0.05);
+        let georeference = GeoReference::new(&crs("EPSG:4267"), to_crs, 20, 20).unwrap();
+        let place = |column: usize| georeference.geographic(DVec2::new(column as f64, 7.0));
+        let steps = (1..20).map(|column| place(column).x - place(column - 1).x);
+        assert!(steps.into_iter().all(|step| (step - 0.05).abs() < 1e-7), "{first:?}");
+    }
+}
+
+#[test]
 fn cells_have_their_size_on_the_ellipsoid() {
     let georeference = GeoReference::wgs84(3, 3, DVec2::new(7.0, 1.0), DVec2::new(1.0, -1.0));
     let cell = georeference.cell_metres(DVec2::new(1.0, 1.0));

@@ -483,7 +483,7 @@ fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Resul
     }
     let georeference = GeoReference::on_lattice(&first.crs, mosaic.to_crs, mosaic.origin, mosaic.columns, mosaic.rows)
         .map_err(|source| ReadError::Position(first.path.clone(), source))?;
-    let missing = missing_grids(&first.crs, georeference.geographic_bounds());
+    let missing = missing_grids(&first.crs.definition, georeference.geographic_bounds());
     if let Some(missing) = missing {
         tell_of_missing(&first.crs, missing, &options.progress)
             .map_err(|source| ReadError::Position(first.path.clone(), source))?;

@@ -35,7 +35,7 @@ const HOMES: [(&str, &[&str]); 18] = [
     (
         "proj_sys",
         &[
-            "ingest/src/georeference/missing_grids.rs",
+            "ingest/src/georeference/operations.rs",
             "ingest/src/georeference/projection.rs",
         ],
     ),

@@ -2,13 +2,13 @@
 
 use std::ffi::CString;
 use std::ptr;
-use std::sync::Once;
 
 use glam::{DAffine2, DVec2};
 use proj::{Area, Proj};
 use serde::{Deserialize, Serialize};
 
 use super::GeoReferenceError;
+use super::operations::{one_for_all, silence};
 
 /// A coordinate reference system by name and in a form that PROJ reads.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,10 +25,18 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// `area` (see [`area`]) helps PROJ to choose among datum shifts for the whole raster, instead of point by point.
-    pub(super) fn new(crs: &Crs, area: Option<Area>) -> Result<Self, GeoReferenceError> {
-        operation(&crs.definition, "EPSG:4326", area)
-            .map(|proj| Self { proj })
+    /// For an `area` (see [`area`]), the same datum shift serves the whole raster; without, PROJ chooses one point by point.
+    pub(super) fn new(crs: &Crs, area: Option<[f64; 4]>) -> Result<Self, GeoReferenceError> {
+        let one = area.and_then(|area| one_for_all(&crs.definition, area));
+        let proj = match one {
+            Some(definition) => Proj::new(&definition).map_err(|error| error.to_string()),
+            None => operation(
+                &crs.definition,
+                "EPSG:4326",
+                area.map(|[w, s, e, n]| Area::new(w, s, e, n)),
+            ),
+        };
+        proj.map(|proj| Self { proj })
             .map_err(|reason| GeoReferenceError::NoTransformation {
                 crs: crs.name.clone(),
                 reason,
@@ -108,19 +116,9 @@ fn convert(proj: &Proj, point: DVec2) -> Result<DVec2, String> {
     is_there.ok_or_else(|| "it is outside of the projection".to_owned())
 }
 
-/// Keeps PROJ from printing to standard error; what goes wrong comes back as errors.
-pub(super) fn silence() {
-    static ONCE: Once = Once::new();
-    // SAFETY: the null context is PROJ's default one, whose log level new contexts inherit. `Once` keeps this to one
-    // thread, before any other context is made here.
-    ONCE.call_once(|| unsafe {
-        proj_sys::proj_log_level(ptr::null_mut(), proj_sys::PJ_LOG_LEVEL_PJ_LOG_NONE);
-    });
-}
-
-/// The rectangle of longitudes and latitudes around `points`, if it does not cross the antimeridian.
-pub(super) fn area(points: &[DVec2]) -> Option<Area> {
+/// West, south, east and north of `points` in degrees, if it does not cross the antimeridian.
+pub(super) fn area(points: &[DVec2]) -> Option<[f64; 4]> {
     let low = points.iter().copied().reduce(DVec2::min)?;
     let high = points.iter().copied().reduce(DVec2::max)?;
-    (high.x - low.x < 180.0).then(|| Area::new(low.x, low.y, high.x, high.y))
+    (high.x - low.x < 180.0).then(|| [low.x, low.y, high.x, high.y])
 }

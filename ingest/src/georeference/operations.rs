@@ -1,9 +1,8 @@
-//! What PROJ would know better, had it the grid for a datum shift.
+//! The operations that PROJ knows from a reference system to WGS84, and the grids that it has not.
 
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr::{self, NonNull};
-
-use super::projection::{Crs, silence};
+use std::sync::Once;
 
 /// The grids of the best operation to WGS84, where some are not there, and what remains without them.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,26 +16,27 @@ pub(crate) struct MissingGrids {
 }
 
 /// The grids that are missed for places between west, south, east and north, in degrees; longitudes of any turn.
-pub(crate) fn missing_grids(crs: &Crs, [west, south, east, north]: [f64; 4]) -> Option<MissingGrids> {
-    silence();
-    let area = if east - west < 360.0 {
-        let [west, east] = [west, east].map(|longitude| longitude - 360.0 * ((longitude + 180.0) / 360.0).floor());
-        [west, south, east, north]
-    } else {
-        [-180.0, south, 180.0, north]
-    };
-    let operations = Operations::new(&crs.definition, "EPSG:4326", area)?;
+pub(crate) fn missing_grids(from: &str, area: [f64; 4]) -> Option<MissingGrids> {
+    let operations = Operations::to_wgs84(from, area)?;
     let best = operations.get(0)?;
     if best.is_instantiable() {
         return None;
     }
-    let others = (1..operations.count()).filter_map(|index| operations.get(index));
-    let mut usable = others.filter(|operation| operation.is_instantiable() && !operation.is_ballpark());
     Some(MissingGrids {
         grids: best.absent_grids(),
         accuracy: best.accuracy(),
-        without: usable.next().map(|operation| operation.accuracy()),
+        without: operations.usable().next().map(|operation| operation.accuracy()),
     })
+}
+
+/// The best of several operations for an area, as a text for PROJ, longitudes and x first; none where there is no choice. Left to
+/// itself, PROJ chooses for each point, and places jump from one to the next.
+pub(super) fn one_for_all(from: &str, area: [f64; 4]) -> Option<String> {
+    let operations = Operations::to_wgs84(from, area)?;
+    let mut usable = operations.usable();
+    let best = usable.next()?;
+    usable.next()?;
+    best.definition()
 }
 
 /// PROJ's operations from one reference system to another, the best first, whether their grids are there or not.
@@ -46,6 +46,24 @@ struct Operations {
 }
 
 impl Operations {
+    /// Between west, south, east and north, in degrees; longitudes of any turn.
+    fn to_wgs84(from: &str, [west, south, east, north]: [f64; 4]) -> Option<Self> {
+        silence();
+        let area = if east - west < 360.0 {
+            let [west, east] = [west, east].map(|longitude| longitude - 360.0 * ((longitude + 180.0) / 360.0).floor());
+            [west, south, east, north]
+        } else {
+            [-180.0, south, 180.0, north]
+        };
+        Self::new(from, "EPSG:4326", area)
+    }
+
+    /// Those whose grids are there, and that shift the datum.
+    fn usable(&self) -> impl Iterator<Item = Operation<'_>> {
+        let all = (0..self.count()).filter_map(|index| self.get(index));
+        all.filter(|operation| operation.is_instantiable() && !operation.is_ballpark())
+    }
+
     fn new(from: &str, to: &str, [west, south, east, north]: [f64; 4]) -> Option<Self> {
         let context = Context::new()?;
         let [from, to] = [context.object(from)?, context.object(to)?];
@@ -129,6 +147,24 @@ impl Operation<'_> {
         (metres >= 0.0).then_some(metres)
     }
 
+    fn definition(&self) -> Option<String> {
+        let context = self.context.0.as_ptr();
+        // SAFETY: as above; the operation with x first lives until its text is copied.
+        unsafe {
+            let x_first = proj_sys::proj_normalize_for_visualization(context, self.operation.as_ptr());
+            let x_first = NonNull::new(x_first)?;
+            let version = proj_sys::PJ_PROJ_STRING_TYPE_PJ_PROJ_5;
+            let definition = text(proj_sys::proj_as_proj_string(
+                context,
+                x_first.as_ptr(),
+                version,
+                ptr::null(),
+            ));
+            proj_sys::proj_destroy(x_first.as_ptr());
+            (!definition.is_empty()).then_some(definition)
+        }
+    }
+
     fn absent_grids(&self) -> Vec<String> {
         // SAFETY: as above.
         let count = unsafe {
@@ -201,6 +237,16 @@ impl Drop for Context {
     }
 }
 
+/// Keeps PROJ from printing to standard error; what goes wrong comes back as errors.
+pub(super) fn silence() {
+    static ONCE: Once = Once::new();
+    // SAFETY: the null context is PROJ's default one, whose log level new contexts inherit. `Once` keeps this to one
+    // thread, before any other context is made here.
+    ONCE.call_once(|| unsafe {
+        proj_sys::proj_log_level(ptr::null_mut(), proj_sys::PJ_LOG_LEVEL_PJ_LOG_NONE);
+    });
+}
+
 /// A text of PROJ's, which lives as long as the operation that it is of.
 fn text(of: *const c_char) -> String {
     if of.is_null() {
@@ -211,5 +257,5 @@ fn text(of: *const c_char) -> String {
 }
 
 #[cfg(test)]
-#[path = "missing_grids_tests.rs"]
+#[path = "operations_tests.rs"]
 mod tests;

@@ -4,11 +4,7 @@ use super::*;
 const AREA: [f64; 4] = [-80.0, 44.0, -79.0, 45.0];
 
 fn of(code: &str) -> Option<MissingGrids> {
-    let crs = Crs {
-        name: code.to_owned(),
-        definition: code.to_owned(),
-    };
-    missing_grids(&crs, AREA)
+    missing_grids(code, AREA)
 }
 
 #[test]
@@ -34,4 +30,10 @@ fn a_datum_with_a_worse_shift_tells_both() {
         missing.accuracy.is_some_and(|accuracy| accuracy < without),
         "{missing:?}"
     );
+}
+
+#[test]
+fn where_there_is_a_choice_one_operation_serves_all() {
+    assert!(one_for_all("EPSG:4267", AREA).is_some_and(|definition| definition.contains("pipeline")));
+    assert_eq!(one_for_all("EPSG:32617", AREA), None);
 }
