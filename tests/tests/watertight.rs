@@ -4,7 +4,8 @@
 //! of each tile and level of detail that is drawn: triangles that are counter-clockwise in plan, by whole numbers; the edges
 //!     that no other triangle of the tile has in reverse
 //! of each view: those edges cancel out against the neighbours', vertices being one if all bits of their places in space are
-//! what is left is as many closed curves as the data have outlines, none of which touches itself or another
+//! of what is left, nothing along a side of a tile has a surface on both sides
+//! where the data have no voids, it is one closed curve that does not touch itself
 //! ```
 //!
 //! Triangles that all turn one way, with a simple closed curve around them, cover what is inside it once: no gap, no overlap.
@@ -40,10 +41,20 @@ const HIGHEST: f64 = 300_000.0;
 type Place = [u64; 3];
 type Edge = [Place; 2];
 
+/// An edge along a side of a tile, on the lattice of the whole Earth.
+#[derive(Clone, Copy)]
+struct Run {
+    is_vertical: bool,
+    /// Of the line that it is on.
+    at: u64,
+    /// Along the line, in the direction of the edge.
+    ends: [u64; 2],
+}
+
 /// A tile at one level of detail.
 struct Drawn {
     /// Edges of one triangle only.
-    open: Vec<Edge>,
+    open: Vec<(Edge, Option<Run>)>,
     /// Largest vertical distance from the samples that were looked at, metres.
     error: f64,
 }
@@ -53,6 +64,7 @@ struct Scene {
     tiles: BTreeMap<TileAddress, Tile>,
     pyramid: Pyramid,
     grid: HeightGrid,
+    has_voids: bool,
     drawn: HashMap<(TileAddress, usize, [bool; 4]), Drawn>,
 }
 
@@ -81,10 +93,12 @@ impl Scene {
         let summaries = tiles
             .iter()
             .map(|(&address, tile)| (address, Summary::of(tile, 1).unwrap()));
+        let grid = raster::read(files, &ReadOptions::default()).unwrap();
         Self {
             pyramid: Pyramid::new(summaries),
             tiles,
-            grid: raster::read(files, &ReadOptions::default()).unwrap(),
+            has_voids: grid.heights.iter().any(|height| height.is_nan()),
+            grid,
             drawn: HashMap::new(),
         }
     }
@@ -97,32 +111,25 @@ impl Scene {
             .or_insert_with(|| draw(&tiles[&choice.node], choice, grid))
     }
 
-    /// How many outlines what is drawn has.
-    ///
     /// # Panics
-    /// Where there is a gap, an overlap, or an outline that touches itself.
-    fn outlines(&mut self, choices: &[Choice<TileAddress>]) -> usize {
-        let mut open: HashSet<Edge> = HashSet::new();
+    /// Where what is drawn has a gap or an overlap.
+    fn check_surface(&mut self, choices: &[Choice<TileAddress>]) {
+        let mut open: HashMap<Edge, Option<Run>> = HashMap::new();
         for choice in choices {
-            for &edge in &self.drawn(choice).open {
-                assert!(open.insert(edge), "an edge is drawn twice: {choice:?}");
+            for &(edge, run) in &self.drawn(choice).open {
+                assert!(open.insert(edge, run).is_none(), "an edge is drawn twice: {choice:?}");
             }
         }
-        let outline = open.iter().filter(|&&[from, to]| !open.contains(&[to, from]));
-        let mut next: HashMap<Place, Place> = HashMap::new();
-        for &[from, to] in outline {
-            assert!(next.insert(from, to).is_none(), "an outline touches another");
+        let unmet: Vec<(Edge, Option<Run>)> = open
+            .iter()
+            .filter(|(edge, _)| !open.contains_key(&[edge[1], edge[0]]))
+            .map(|(&edge, &run)| (edge, run))
+            .collect();
+        check_sides(unmet.iter().filter_map(|&(_, run)| run));
+        if !self.has_voids {
+            let outlines = closed_curves(unmet.iter().map(|&(edge, _)| edge));
+            assert_eq!(outlines, usize::from(!choices.is_empty()), "there is a gap inside");
         }
-        let mut outlines = 0;
-        while let Some(&first) = next.keys().next() {
-            let mut at = first;
-            while let Some(to) = next.remove(&at) {
-                at = to;
-            }
-            assert_eq!(at, first, "an outline does not end where it begins");
-            outlines += 1;
-        }
-        outlines
     }
 
     /// All leaves, every side coarse.
@@ -141,7 +148,7 @@ impl Scene {
 
     /// Draws for random cameras, with all loaded or a part.
     fn check(&mut self, views: usize, seed: u64) -> Counts {
-        let outlines = self.outlines(&self.leaves());
+        self.check_surface(&self.leaves());
         let deepest = self.tiles.keys().next_back().unwrap().zoom;
         let places: Vec<TileAddress> = self.tiles.keys().copied().collect();
         let near: Vec<TileAddress> = places.iter().copied().filter(|tile| tile.zoom + 3 > deepest).collect();
@@ -159,7 +166,7 @@ impl Scene {
             };
             let is_loaded = |tile| loaded.as_ref().is_none_or(|loaded| loaded.contains(&tile));
             let selection = select(&self.pyramid, &camera, &demand, is_loaded, &before);
-            assert_eq!(self.outlines(&selection.choices), outlines, "{camera:?}");
+            self.check_surface(&selection.choices);
             counts.add(&selection);
             if selection.requests.is_empty() {
                 self.check_error(&selection, &camera, &mut counts);
@@ -247,10 +254,78 @@ fn draw(tile: &Tile, choice: &Choice<TileAddress>, grid: &HeightGrid) -> Drawn {
         }
     }
     let is_open = |&&[from, to]: &&Edge| !edges.contains(&[to, from]);
+    let lattice: HashMap<Place, DVec3> = places.iter().copied().zip(surface.positions.iter().copied()).collect();
+    let with_run = |&edge: &Edge| (edge, run(tile, edge.map(|end| lattice[&end])));
     Drawn {
-        open: edges.iter().filter(is_open).copied().collect(),
+        open: edges.iter().filter(is_open).map(with_run).collect(),
         error: measured_error(tile, &surface, grid),
     }
+}
+
+/// Of an edge, if it is along a side of its tile.
+fn run(tile: &Tile, [a, b]: [DVec3; 2]) -> Option<Run> {
+    let extent = 1_u64 << tile.extent_bits;
+    let on_side = |from: f64, to: f64| from == to && (from == 0.0 || from == extent as f64);
+    let column = |at: f64| u64::from(tile.address.x) * extent + at as u64;
+    let row = |at: f64| u64::from(tile.address.y) * extent + at as u64;
+    if on_side(a.x, b.x) {
+        Some(Run {
+            is_vertical: true,
+            at: column(a.x),
+            ends: [row(a.y), row(b.y)],
+        })
+    } else {
+        on_side(a.y, b.y).then(|| Run {
+            is_vertical: false,
+            at: row(a.y),
+            ends: [column(a.x), column(b.x)],
+        })
+    }
+}
+
+/// Edges along one line that nothing meets must all have their triangles on one side where they are beside each other.
+fn check_sides(runs: impl Iterator<Item = Run>) {
+    let mut lines: BTreeMap<(bool, u64), [Vec<[u64; 2]>; 2]> = BTreeMap::new();
+    for run in runs {
+        let [from, to] = run.ends;
+        let line = lines.entry((run.is_vertical, run.at)).or_default();
+        line[usize::from(from > to)].push([from.min(to), from.max(to)]);
+    }
+    for ((is_vertical, at), [mut forwards, mut backwards]) in lines {
+        forwards.sort_unstable();
+        backwards.sort_unstable();
+        let (mut first, mut second) = (0, 0);
+        while let (Some(a), Some(b)) = (forwards.get(first), backwards.get(second)) {
+            let is_gap = a[0].max(b[0]) < a[1].min(b[1]);
+            assert!(
+                !is_gap,
+                "a gap on line {at}, vertical: {is_vertical}, at {a:?} and {b:?}"
+            );
+            if a[1] < b[1] {
+                first += 1;
+            } else {
+                second += 1;
+            }
+        }
+    }
+}
+
+/// How many closed curves directed edges are.
+fn closed_curves(edges: impl Iterator<Item = Edge>) -> usize {
+    let mut next: HashMap<Place, Place> = HashMap::new();
+    for [from, to] in edges {
+        assert!(next.insert(from, to).is_none(), "an outline touches another");
+    }
+    let mut curves = 0;
+    while let Some(&first) = next.keys().next() {
+        let mut at = first;
+        while let Some(to) = next.remove(&at) {
+            at = to;
+        }
+        assert_eq!(at, first, "an outline does not end where it begins");
+        curves += 1;
+    }
+    curves
 }
 
 fn place(tile: &Tile, position: DVec3) -> Place {
@@ -323,7 +398,7 @@ fn random_views_of_the_sample_have_no_gap_and_keep_the_tolerance() {
 fn a_side_that_is_coarse_where_its_neighbour_is_finer_is_a_gap() {
     let mut scene = Scene::new(&[sample("jacksboro_fault.tif")], 40.0);
     let whole = scene.leaves();
-    assert_eq!(scene.outlines(&whole), 1);
+    scene.check_surface(&whole);
     let near: Vec<TileAddress> = whole.iter().map(|choice| choice.node).collect();
     let demand = Demand {
         tolerance: 2.0,
@@ -337,11 +412,11 @@ fn a_side_that_is_coarse_where_its_neighbour_is_finer_is_a_gap() {
         select(&scene.pyramid, &camera, &demand, |_| true, &[]).choices
     });
     let mut choices = views.find(|choices| choices.iter().any(has_fine_side)).unwrap();
-    assert_eq!(scene.outlines(&choices), 1);
+    scene.check_surface(&choices);
     let beside_finer = choices.iter_mut().find(|choice| has_fine_side(choice)).unwrap();
     beside_finer.fine_sides = [false; 4];
-    let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| scene.outlines(&choices)));
-    assert!(found.is_err() || found.is_ok_and(|outlines| outlines > 1));
+    let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| scene.check_surface(&choices)));
+    assert!(found.is_err());
 }
 
 /// Of the Fraser valley: mountains, sea, voids; two files that meet in a meridian.

@@ -102,23 +102,38 @@ struct Selector<'a, H: Hierarchy, L> {
 impl<H: Hierarchy, L: Fn(H::Node) -> bool> Selector<'_, H, L> {
     /// What the budget permits when all is loaded is asked for; of what is loaded, what it permits now is drawn.
     fn fit(&mut self) -> Selection<H::Node> {
-        let (step, (tolerance, wanted)) = self.least_affordable(0, |selector, tolerance| {
-            let wanted = Refinements::wanted(&mut selector.scene, tolerance, selector.demand.keep);
+        let (step, (tolerance, wanted, finished)) = self.least_affordable(0, |selector, tolerance| {
+            let wanted = selector.wanted(tolerance);
             let drawn = selector.draw(&wanted, tolerance);
-            (selector.is_affordable(&drawn), (tolerance, wanted))
+            (selector.is_affordable(&drawn), (tolerance, wanted, drawn))
         });
-        let (_, drawn) = self.least_affordable(step, |selector, tolerance| {
-            let wanted = Refinements::wanted(&mut selector.scene, tolerance, selector.demand.keep);
-            let allowed = wanted.allowed(&mut selector.scene, &selector.is_loaded);
-            let drawn = selector.draw(&allowed, tolerance);
-            (selector.is_affordable(&drawn), drawn)
-        });
+        let allowed = wanted.allowed(&mut self.scene, &self.is_loaded);
+        let drawn = if wanted.iter().all(|number| allowed.contains(number)) {
+            finished
+        } else {
+            self.drawn_now(step)
+        };
         let is_there = |&(number, _): &(usize, Choice<H::Node>)| (self.is_loaded)(self.scene.seen[number].node);
         Selection {
             choices: drawn.into_iter().filter(is_there).map(|(_, choice)| choice).collect(),
             requests: self.requests(&wanted),
             tolerance,
         }
+    }
+
+    /// What the budget permits of what is loaded, for a tolerance from a step on.
+    fn drawn_now(&mut self, step: u32) -> Vec<(usize, Choice<H::Node>)> {
+        let drawn = self.least_affordable(step, |selector, tolerance| {
+            let wanted = selector.wanted(tolerance);
+            let allowed = wanted.allowed(&mut selector.scene, &selector.is_loaded);
+            let drawn = selector.draw(&allowed, tolerance);
+            (selector.is_affordable(&drawn), drawn)
+        });
+        drawn.1
+    }
+
+    fn wanted(&mut self, tolerance: f64) -> Refinements {
+        Refinements::wanted(&mut self.scene, tolerance, self.demand.keep)
     }
 
     /// What is made of the least tolerance tried, from a step on, that is within the budget; if none is, of an infinite one.

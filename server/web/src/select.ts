@@ -230,9 +230,17 @@ class Selector {
       const wanted = this.wanted(demand);
       return { wanted, tolerance: demand.tolerance, drawn: this.draw(wanted, demand) };
     });
-    const [, { drawn }] = this.leastAffordable(step, (demand) => ({ drawn: this.draw(this.allowed(this.wanted(demand)), demand) }));
+    const allowed = this.allowed(asked.wanted);
+    const isComplete = asked.wanted.all().every((tile) => allowed.has(tile));
+    const drawn = isComplete ? asked.drawn : this.drawnNow(step);
     const choices = [...drawn.values()].filter(({ address }) => this.isLoaded(address));
     return { choices, requests: this.requests(asked.wanted), tolerance: asked.tolerance };
+  }
+
+  /** What the budget permits of what is loaded, for a tolerance from a step on. */
+  private drawnNow(step: number): Drawn {
+    const make = (demand: Demand) => ({ drawn: this.draw(this.allowed(this.wanted(demand)), demand) });
+    return this.leastAffordable(step, make)[1].drawn;
   }
 
   /** What is made of the least tolerance tried, from a step on, that is within the budget; if none is, of an infinite one. */
