@@ -4,6 +4,7 @@
 //! affine formula; otherwise it is tabulated (see [`table`]). Both are plain data: fast, and usable from any thread.
 
 mod error;
+mod missing_grids;
 mod pole;
 mod projection;
 mod table;
@@ -15,6 +16,7 @@ use glam::{DAffine2, DMat2, DVec2};
 use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
 
 pub use error::GeoReferenceError;
+pub(crate) use missing_grids::{MissingGrids, missing_grids};
 pub use projection::Crs;
 pub(crate) use projection::converted;
 pub(crate) use turns::nearest_turn;

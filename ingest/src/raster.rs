@@ -41,7 +41,7 @@ pub use units::metres_in;
 pub use vertical::undulations;
 pub(crate) use vertical::{SeaLevel, UNSPECIFIED};
 
-use crate::georeference::GeoReference;
+use crate::georeference::{GeoReference, missing_grids};
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
 use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
@@ -49,7 +49,7 @@ use composition::{Area, Composition, common};
 use layout::Layout;
 use mosaic::Mosaic;
 use pieces::{cut, part_size};
-use remark::{HIGHEST, remark, tell};
+use remark::{HIGHEST, remark, tell, tell_of_missing};
 use source::Source;
 use vertical::HeightReference;
 use water::Lake;
@@ -483,7 +483,11 @@ fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Resul
     }
     let georeference = GeoReference::on_lattice(&first.crs, mosaic.to_crs, mosaic.origin, mosaic.columns, mosaic.rows)
         .map_err(|source| ReadError::Position(first.path.clone(), source))?;
-    if georeference.is_ballpark() {
+    let missing = missing_grids(&first.crs, georeference.geographic_bounds());
+    if let Some(missing) = missing {
+        tell_of_missing(&first.crs, missing, &options.progress)
+            .map_err(|source| ReadError::Position(first.path.clone(), source))?;
+    } else if georeference.is_ballpark() {
         let crs = georeference.crs_name();
         options.progress.note(&format!(
             "no datum shift from {crs} to WGS84 is known here; none is applied"

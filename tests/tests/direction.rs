@@ -32,7 +32,13 @@ const HOMES: [(&str, &[&str]); 18] = [
         &["ingest/src/raster/tiff_file.rs", "ingest/src/raster/tiff_file", "tests"],
     ),
     ("proj", &["ingest/src/georeference/projection.rs"]),
-    ("proj_sys", &["ingest/src/georeference/projection.rs"]),
+    (
+        "proj_sys",
+        &[
+            "ingest/src/georeference/missing_grids.rs",
+            "ingest/src/georeference/projection.rs",
+        ],
+    ),
     ("pmtiles", &["tiles/src/archive.rs"]),
     (
         "ply_rs_bw",

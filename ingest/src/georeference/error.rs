@@ -13,6 +13,17 @@ pub enum GeoReferenceError {
         /// What PROJ said.
         reason: String,
     },
+    /// Nothing shifts the datum to WGS84 but a grid that is not there.
+    #[error(
+        "{crs} has its place on the Earth by grids that PROJ does not find: {}; put them into PROJ's folder or one that PROJ_DATA names, \
+         or let PROJ fetch them with PROJ_NETWORK=ON", grids.join(", ")
+    )]
+    MissingGrids {
+        /// Name of the coordinate reference system.
+        crs: String,
+        /// Their names, with addresses.
+        grids: Vec<String>,
+    },
     /// PROJ gives no finite result at a sample or near the raster's edge.
     #[error("PROJ cannot transform column {column:.1}, row {row:.1} of the grid to WGS84: {reason}")]
     Untransformable {

@@ -1,4 +1,4 @@
-//! The one place that talks to PROJ.
+//! Coordinates by PROJ.
 
 use std::ffi::CString;
 use std::ptr;
@@ -109,7 +109,7 @@ fn convert(proj: &Proj, point: DVec2) -> Result<DVec2, String> {
 }
 
 /// Keeps PROJ from printing to standard error; what goes wrong comes back as errors.
-fn silence() {
+pub(super) fn silence() {
     static ONCE: Once = Once::new();
     // SAFETY: the null context is PROJ's default one, whose log level new contexts inherit. `Once` keeps this to one
     // thread, before any other context is made here.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::error::ReadError;
 use super::layout::Layout;
+use crate::georeference::{Crs, GeoReferenceError, MissingGrids};
 use crate::progress::Progress;
 use crate::samples::{Extremes, Faults};
 
@@ -126,6 +127,29 @@ fn note_of_low(extremes: &Extremes) -> Option<String> {
         "samples at {lowest} m, {why}: {count}; they are taken for heights. If it means that there is none, say --nodata with the \
          value that the file has"
     ))
+}
+
+/// Says what grids would be better than what there is; an error where there is nothing.
+pub(super) fn tell_of_missing(crs: &Crs, missing: MissingGrids, progress: &Progress) -> Result<(), GeoReferenceError> {
+    let MissingGrids {
+        grids,
+        accuracy,
+        without,
+    } = missing;
+    let metres =
+        |accuracy: Option<f64>| accuracy.map_or("an unknown distance".to_owned(), |metres| format!("{metres} m"));
+    let Some(without) = without else {
+        let crs = crs.name.clone();
+        return Err(GeoReferenceError::MissingGrids { crs, grids });
+    };
+    progress.note(&format!(
+        "places in {} are right within {} by what PROJ has here, within {} with {}",
+        crs.name,
+        metres(without),
+        metres(accuracy),
+        grids.join(", ")
+    ));
+    Ok(())
 }
 
 #[cfg(test)]
