@@ -6,6 +6,7 @@
 //!                      │           ├─ space             surfaces in space
 //!                      ├───────────┴─ streaming         progressive multilevel meshes
 //!                      └─ curved                        surfaces of Bézier patches
+//!  selection                                            which of many surfaces to draw, at which level
 //! ```
 //!
 //! Nothing here knows a file, a thread, a raster format, a coordinate reference system or a tile.
@@ -15,6 +16,7 @@ pub mod curved;
 pub mod height_field;
 pub mod levels;
 pub mod mesh;
+pub mod selection;
 pub mod space;
 pub mod streaming;
 pub mod topology;

@@ -14,6 +14,7 @@
 //! neighbours show the same vertices on their common side              sides
 //! a tile's coarsest surface is its parent's finest                    nesting
 //! random mixes of zooms, levels and sides have no gap                 mixes
+//! nor those that are selected for cameras over the archive            views
 //! metadata and the set of tiles                                       extent
 //! ```
 
@@ -36,6 +37,7 @@ mod space;
 mod square;
 mod surface;
 mod tiles;
+mod views;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -44,6 +46,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Reader;
+use terrain_tiles::pyramid::{Pyramid, Summary};
 use terrain_tiles::tile::Tile;
 
 use self::levels::{LevelMeasured, Measure, Measured};
@@ -57,7 +60,7 @@ use self::source_outline::SourceOutline;
 use self::tiles::Tiles;
 use crate::progress::Progress;
 
-/// How many random mixes of tiles are drawn.
+/// How many random mixes of tiles are drawn, and so many for random cameras.
 const MIXES: u64 = 12;
 
 /// Measures every claim of the archive at `path` against the raster that it was made from. Samples in memory take at
@@ -112,6 +115,7 @@ fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progre
     let sound = Sound {
         tiles,
         interiors: &found.interiors,
+        pyramid: Pyramid::new(found.summaries),
     };
     let (shared_sides, gaps) = check_sides(&sound, &source, progress)?;
     violations.extend(gaps);
@@ -138,6 +142,7 @@ fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progre
 struct Sound<'a> {
     tiles: &'a dyn Tiles,
     interiors: &'a Interiors,
+    pyramid: Pyramid,
 }
 
 impl Sound<'_> {
@@ -155,6 +160,7 @@ struct Found {
     coarsest_outlines: BTreeMap<u8, f64>,
     /// Of the tiles that can be drawn.
     interiors: Interiors,
+    summaries: Vec<(TileAddress, Summary)>,
     lattices: BTreeSet<u8>,
     levels: usize,
     violations: Vec<Violation>,
@@ -186,6 +192,7 @@ impl Found {
         self.levels += tile.levels.len();
         self.lattices.insert(tile.lattice_bits);
         self.interiors.insert(address, tile.levels.len() - 1);
+        self.summaries.extend(tile.summary.map(|summary| (address, summary)));
     }
 }
 
@@ -290,11 +297,20 @@ fn check_nesting(sound: &Sound, exist: &BTreeSet<TileAddress>, progress: &Progre
 }
 
 fn check_mixes(sound: &Sound, source: &Source, progress: &Progress) -> Result<(usize, Vec<Violation>)> {
-    progress.stage("random mixes", MIXES);
-    let mixes = (0..MIXES).into_par_iter().map(|seed| {
-        let mix = mixes::check(sound.tiles, sound.interiors, source, seed)?;
+    progress.stage("random mixes", 2 * MIXES);
+    let mixes = (0..2 * MIXES).into_par_iter().map(|number| {
+        let (seed, is_view) = (number / 2, number % 2 == 1);
+        let (mix, name) = if is_view {
+            (
+                views::random(&sound.pyramid, sound.interiors, seed),
+                format!("view {seed}"),
+            )
+        } else {
+            (mixes::random(sound.interiors, seed), format!("mix {seed}"))
+        };
+        let checked = mixes::check(sound.tiles, source, &mix, &name)?;
         progress.advance(1);
-        Ok(mix)
+        Ok(checked)
     });
     let all = mixes.try_reduce(Default::default, joined);
     progress.done();

@@ -2,6 +2,7 @@
 
 pub mod geographiclib;
 pub mod random_raster;
+pub mod selection;
 pub mod source;
 pub mod vectors;
 

@@ -6,6 +6,7 @@
 //! where on the Earth     what is there    quantized_mesh      all tiles   of the whole   for map clients
 //!
 //! tile ────────────────▶ ground                              heights at places
+//! tile ────────────────▶ pyramid                             what to select from
 //!
 //! progressive ─────────▶ formats::spt, formats::spm           vertex splits as bytes
 //!
@@ -32,5 +33,6 @@ pub mod metadata;
 pub mod new_file;
 pub mod outside;
 pub mod progressive;
+pub mod pyramid;
 pub mod spread;
 pub mod tile;

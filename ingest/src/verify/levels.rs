@@ -13,6 +13,7 @@ use anyhow::Result;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use terrain_tiles::address::TileAddress;
+use terrain_tiles::pyramid::Summary;
 use terrain_tiles::tile::Tile;
 
 use super::beside::{Beside, around, outline_slack};
@@ -50,6 +51,8 @@ pub(super) struct Measured {
     pub(super) levels: Vec<LevelMeasured>,
     /// Lattice units around the Earth, as a power of two, less one.
     pub(super) lattice_bits: u8,
+    /// What the selection asks of it.
+    pub(super) summary: Option<Summary>,
     pub(super) violations: Vec<Violation>,
 }
 
@@ -156,6 +159,7 @@ impl TileCheck<'_> {
             triangles: drawings.last().map_or(0, |drawing| drawing.triangles.len()),
             levels: measured.into_iter().map(|(level, _)| level).collect(),
             lattice_bits: self.tile.address.zoom + self.tile.extent_bits,
+            summary: Summary::of(self.tile, 1),
             violations,
         })
     }

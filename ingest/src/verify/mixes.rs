@@ -1,4 +1,5 @@
-//! Random admissible mixes of zooms, levels and sides, as a client may draw them, must be watertight.
+//! Mixes of zooms, levels and sides, as a client may draw them, must be watertight: any that are admissible, at random, and
+//! those that the selection chooses for cameras ([`super::views`]).
 //!
 //! ```text
 //! descend from the roots, always towards one random leaf, elsewhere by chance
@@ -23,22 +24,28 @@ use super::tiles::Tiles;
 /// Tiles of an archive by address, with their number of interior levels.
 pub(super) type Interiors = BTreeMap<TileAddress, usize>;
 
-/// Draws one random mix and returns how many tiles it has and where it is not watertight.
+/// A mix by chance.
+pub(super) fn random(interiors: &Interiors, seed: u64) -> BTreeMap<TileAddress, Shown> {
+    let mut random = Rng::with_seed(seed);
+    Selection::new(interiors, &mut random).shown(interiors, &mut random)
+}
+
+/// Draws a mix and returns how many tiles it has and where it is not watertight.
 ///
 /// # Errors
 /// When samples cannot be read.
 pub(super) fn check(
     tiles: &dyn Tiles,
-    interiors: &Interiors,
     source: &Source,
-    seed: u64,
+    mix: &BTreeMap<TileAddress, Shown>,
+    name: &str,
 ) -> Result<(usize, Vec<Violation>)> {
-    let mut random = Rng::with_seed(seed);
-    let selection = Selection::new(interiors, &mut random);
-    let details = selection.shown(interiors, &mut random);
+    let selection = Selection {
+        tiles: mix.keys().copied().collect(),
+    };
     let mut violations = Vec::new();
     let mut drawn = Vec::new();
-    for (&address, &shown) in &details {
+    for (&address, &shown) in mix {
         // Tiles that cannot be read have been reported by whoever counted their levels.
         let Ok(tile) = tiles.tile(address) else { continue };
         let drawing = draw(&tile, shown);
@@ -60,7 +67,7 @@ pub(super) fn check(
                 gaps += usize::from(!is_one_sided(source, *address, *bits, side, edge)?);
             }
             if gaps > 0 {
-                let what = format!("{side:?} side: {gaps} edges that the tile across does not meet in mix {seed}");
+                let what = format!("{side:?} side: {gaps} edges that the tile across does not meet in {name}");
                 violations.push(Violation::of_tile(what, *address));
             }
         }

@@ -2,11 +2,16 @@
 
 import { Box3, Vector3 } from "three";
 import { degreesOf, type Address } from "./address.ts";
+import { boxAround, type OrientedBox } from "./oriented_box.ts";
+import type { Ellipsoid } from "./sight.ts";
 
 /** Semi-major axis in metres and flattening (NIMA TR8350.2, table 3.1). */
 const SEMI_MAJOR = 6378137;
 const FLATTENING = 1 / 298.257223563;
 const ECCENTRICITY_SQUARED = FLATTENING * (2 - FLATTENING);
+
+/** Cells along a side of the grid that boxes are made around. */
+const GRID_STEPS = 8;
 
 /** West, south, east, north in degrees. */
 export type Bounds = readonly [number, number, number, number];
@@ -38,23 +43,36 @@ export class Frame {
   }
 
   /** Holds the part of the Earth's surface between two heights over `bounds`, bulge included. */
-  box([west, south, east, north]: Bounds, heights: readonly [number, number]): Box3 {
-    const box = new Box3();
-    const steps = 8;
-    for (let row = 0; row <= steps; row++) {
-      for (let column = 0; column <= steps; column++) {
-        const longitude = west + ((east - west) * column) / steps;
-        const latitude = south + ((north - south) * row) / steps;
-        for (const height of heights) box.expandByPoint(this.position(longitude, latitude, height));
-      }
-    }
-    const halfCell = ((Math.PI / 180) * Math.max(east - west, north - south)) / steps / 2;
-    return box.expandByScalar(SEMI_MAJOR * (1 - Math.cos(halfCell)));
+  box(bounds: Bounds, heights: readonly [number, number]): Box3 {
+    return new Box3().setFromPoints(this.gridOver(bounds, heights)).expandByScalar(bulgeOver(bounds));
+  }
+
+  /** The same as a box along east, north and up in the middle of `bounds`. */
+  orientedBox(bounds: Bounds, heights: readonly [number, number]): OrientedBox {
+    const [longitude, latitude] = [(bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2];
+    const [east, up] = [normal(longitude + 90, 0), normal(longitude, latitude)].map((axis) => this.rotate(axis));
+    const axes = [east!, up!.clone().cross(east!), up!] as const;
+    return boxAround(axes, this.gridOver(bounds, heights), bulgeOver(bounds));
+  }
+
+  /** The ellipsoid whose semi-axes are longer than the Earth's by a height. */
+  ellipsoid(height: number): Ellipsoid {
+    const [equatorial, polar] = [SEMI_MAJOR, SEMI_MAJOR * (1 - FLATTENING)].map((axis) => axis + height);
+    return { centre: this.earthCentre, axis: this.axis, equatorial: equatorial!, polar: polar! };
   }
 
   /** The inverse of `position`, in Earth-centred metres. */
   earthCentredOf({ x, y, z }: Vector3): Vector3 {
     return this.origin.clone().addScaledVector(this.east, x).addScaledVector(this.north, y).addScaledVector(this.up, z);
+  }
+
+  private gridOver([west, south, east, north]: Bounds, heights: readonly [number, number]): Vector3[] {
+    const shares = Array.from({ length: GRID_STEPS + 1 }, (_, step) => step / GRID_STEPS);
+    return shares.flatMap((row) =>
+      shares.flatMap((column) =>
+        heights.map((height) => this.position(west + (east - west) * column, south + (north - south) * row, height)),
+      ),
+    );
   }
 
   private rotate(vector: Vector3): Vector3 {
@@ -67,6 +85,12 @@ export function tileBounds({ zoom, x, y }: Address): Bounds {
   const degrees = degreesOf(zoom);
   const [west, south] = [x * degrees - 180, y * degrees - 90];
   return [west, south, west + degrees, south + degrees];
+}
+
+/** How far the Earth's surface is beyond the points of a grid over `bounds`, metres. */
+function bulgeOver([west, south, east, north]: Bounds): number {
+  const halfCell = ((Math.PI / 180) * Math.max(east - west, north - south)) / GRID_STEPS / 2;
+  return SEMI_MAJOR * (1 - Math.cos(halfCell));
 }
 
 /** The ellipsoid's outward normal at a longitude and latitude in degrees. */

@@ -1,14 +1,15 @@
 // One tileset in the scene: selects, loads, shows, and blends from one level of detail to the next.
 
 import * as THREE from "three";
-import { keyOf, parentOf } from "./address.ts";
+import { keyOf, parentOf, type Address } from "./address.ts";
 import { Frame } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
-import { select, type Choice, type View } from "./select.ts";
+import { select, type Choice } from "./select.ts";
+import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { NormalsStore } from "./normals_store.ts";
 import type { TileMesh, SharedUniforms } from "./tile_mesh.ts";
-import { TileStore } from "./tile_store.ts";
+import { CACHE_BYTES, TileStore } from "./tile_store.ts";
 import type { Tileset } from "./tileset.ts";
 
 /** What is on the screen. */
@@ -26,6 +27,8 @@ export interface Stats {
 }
 
 const BLEND_MILLISECONDS = 250;
+/** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
+const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
 
 /** A tileset, drawn for a view that moves. */
@@ -42,6 +45,7 @@ export class TerrainLayer {
   private blendStart = 0;
   private wireframe = false;
   private isStale = true;
+  private tolerance = 2;
   private missing = 0;
 
   /** `onChange` is called when something new could be drawn. */
@@ -88,7 +92,7 @@ export class TerrainLayer {
     let nearest: { distance: number; height: number; error: number } | undefined;
     for (const { address, error } of this.shown.values()) {
       const mesh = this.store.get(address)?.mesh;
-      if (mesh === undefined || !ray.intersectsBox(this.store.box(address))) continue;
+      if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise)))) continue;
       const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
       if (found !== undefined) nearest = { ...found, error };
     }
@@ -106,6 +110,18 @@ export class TerrainLayer {
     this.invalidate();
   }
 
+  /** Pixels that what is drawn may be off the source. */
+  setTolerance(pixels: number): void {
+    this.tolerance = pixels;
+    this.invalidate();
+  }
+
+  /** Nothing that is drawn is below it; it hides what is beyond the horizon. */
+  get ground(): Ellipsoid {
+    const { heights, zooms } = this.tileset.metadata;
+    return this.frame.ellipsoid(heights[0] - Math.max(...zooms.map((zoom) => zoom.coarsest_error)));
+  }
+
   /** The next update selects anew. */
   invalidate(): void {
     this.isStale = true;
@@ -113,12 +129,13 @@ export class TerrainLayer {
   }
 
   /** Brings what is drawn up to date; a blend once begun runs to its end before the next selection. */
-  update(view: View, now: number): void {
+  update(camera: Camera, now: number): void {
     this.advanceBlend(now);
-    if (this.isStale && this.blending.length === 0) this.reselect(view, now);
+    const sight = new Sight(camera);
+    if (this.isStale && this.blending.length === 0) this.reselect(camera, sight, now);
     for (const { address } of this.shown.values()) {
       const object = this.store.get(address)?.mesh.object;
-      if (object !== undefined) object.visible = view.isVisible(this.store.box(address));
+      if (object !== undefined) object.visible = sight.sees(this.store.bounds(address));
     }
     if (this.blending.length > 0) this.onChange();
   }
@@ -158,14 +175,17 @@ export class TerrainLayer {
     if (share === 1) this.blending = [];
   }
 
-  private reselect(view: View, now: number): void {
+  private reselect(camera: Camera, sight: Sight, now: number): void {
     this.isStale = false;
     this.store.startSelection();
-    const { choices, missing } = select(this.store, view);
+    const demand = { ...BUDGET, tolerance: this.tolerance };
+    const isLoaded = (address: Address) => this.store.get(address) !== undefined;
+    const { choices, requests } = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
     this.show(choices, now);
-    this.missing = missing.length;
-    this.store.request(missing);
-    this.normals.request(choices.filter(({ address }) => view.isVisible(this.store.box(address))).map(({ address }) => address));
+    this.missing = requests.length;
+    this.store.request(requests);
+    const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
+    this.normals.request(seen.map(({ address }) => address));
   }
 
   private show(choices: readonly Choice[], now: number): void {

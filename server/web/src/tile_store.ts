@@ -1,28 +1,31 @@
 // The tiles of one tileset: which exist, which are loaded, and the loading of more.
 
-import { Box3 } from "three";
 import { keyOf, type Address } from "./address.ts";
 import { tileBounds, type Bounds, type Frame } from "./frame.ts";
-import type { Tiles } from "./select.ts";
+import { grown, type OrientedBox } from "./oriented_box.ts";
+import { triangleCount } from "./partition.ts";
+import type { Hierarchy, Level } from "./select.ts";
 import { decodeTile, interiorLevels, type Tile } from "./spt.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
 import { tileUrl, type Tileset } from "./tileset.ts";
 
 const PARALLEL_REQUESTS = 6;
 /** Textures and indices kept, the tiles in use included. */
-const CACHE_BYTES = 256 * 2 ** 20;
+export const CACHE_BYTES = 256 * 2 ** 20;
+/** Of a tile that is not loaded, some: an index and half a vertex, of which there are two places. */
+const BYTES_PER_TRIANGLE = 40;
 const RETRY_MILLISECONDS = 5000;
 
 interface LoadedTile {
   readonly tile: Tile;
   readonly mesh: TileMesh;
-  readonly errors: readonly number[];
+  readonly levels: readonly Level[];
   /** Number of the selection that last asked for it. */
   lastAsked: number;
 }
 
 /** Loads tiles and answers what the selection asks. */
-export class TileStore implements Tiles {
+export class TileStore implements Hierarchy {
   readonly roots: readonly Address[];
   bytesLoaded = 0;
   /** What went wrong last, in one line; undefined once loading works again. */
@@ -30,7 +33,7 @@ export class TileStore implements Tiles {
   private readonly loaded = new Map<string, LoadedTile>();
   private readonly underway = new Map<string, AbortController>();
   private readonly retryAt = new Map<string, number>();
-  private readonly boxes = new Map<string, Box3>();
+  private readonly boxes = new Map<string, OrientedBox>();
   private selection = 0;
   private isClosed = false;
 
@@ -53,22 +56,26 @@ export class TileStore implements Tiles {
     return ranges.some(([firstX, firstY, lastX, lastY]) => x >= firstX && x <= lastX && y >= firstY && y <= lastY);
   }
 
-  /** The tile's own box once it is loaded, before that one of its square; raised with the exaggeration. */
-  box(address: Address): Box3 {
-    const box = this.loaded.get(keyOf(address))?.mesh.box ?? this.expectedBox(address);
-    const exaggeration = this.shared.exaggeration.value;
+  /** Metres that the exaggeration raises the highest point of the data. */
+  get raise(): number {
     const [lowest, highest] = this.tileset.metadata.heights;
-    return exaggeration === 1 ? box : box.clone().expandByScalar((exaggeration - 1) * (highest - lowest));
+    return (this.shared.exaggeration.value - 1) * (highest - lowest);
   }
 
-  errors(address: Address): readonly number[] | undefined {
+  /** Of the tile's own heights once it is loaded, before that of all heights; raised with the exaggeration. */
+  bounds(address: Address): OrientedBox {
+    const key = keyOf(address);
+    const box = this.boxes.get(key) ?? this.boxBetween(address, this.tileset.metadata.heights);
+    this.boxes.set(key, box);
+    return this.raise === 0 ? box : grown(box, Math.abs(this.raise));
+  }
+
+  /** The selection asks for those of every tile that it looks at, which is therefore not dropped. */
+  levels(address: Address): readonly Level[] {
     const found = this.loaded.get(keyOf(address));
-    if (found !== undefined) found.lastAsked = this.selection;
-    return found?.errors;
-  }
-
-  finestError(zoom: number): number {
-    return this.tileset.metadata.zooms.find((entry) => entry.zoom === zoom)?.finest_error ?? Infinity;
+    if (found === undefined) return this.expectedLevels(address);
+    found.lastAsked = this.selection;
+    return found.levels;
   }
 
   /** A loaded tile and what draws it. */
@@ -127,9 +134,25 @@ export class TileStore implements Tiles {
 
   private keep(key: string, tile: Tile): void {
     const mesh = new TileMesh(tile, this.frame, this.shared);
-    const errors = tile.levels.slice(0, interiorLevels(tile)).map(({ error }) => error);
-    this.loaded.set(key, { tile, mesh, errors, lastAsked: this.selection });
-    this.boxes.delete(key);
+    const fineSides = [true, true, true, true];
+    const levels = tile.levels.slice(0, interiorLevels(tile)).map(({ error }, interior) => {
+      const isFinest = interior + 1 === interiorLevels(tile);
+      const triangles = triangleCount(tile, { interior, fineSides: isFinest ? fineSides : [] });
+      return { error, triangles, bytes: mesh.byteLength };
+    });
+    this.loaded.set(key, { tile, mesh, levels, lastAsked: this.selection });
+    this.boxes.set(key, this.boxOf(tile));
+  }
+
+  /** Holds the tile and all below it: whatever is drawn there is as near to the source as the tile's finest surface is. */
+  private boxOf({ address, positions, levels }: Tile): OrientedBox {
+    const margin = 2 * (levels.at(-1)?.error ?? 0);
+    let [lowest, highest] = [Infinity, -Infinity];
+    for (let at = 2; at < positions.length; at += 3) {
+      lowest = Math.min(lowest, positions[at]!);
+      highest = Math.max(highest, positions[at]!);
+    }
+    return this.boxBetween(address, [lowest - margin, highest + margin]);
   }
 
   /** The coarser tile stays on screen; the selection will ask again. */
@@ -154,12 +177,16 @@ export class TileStore implements Tiles {
     this.loaded.delete(key);
   }
 
-  private expectedBox(address: Address): Box3 {
-    const key = keyOf(address);
-    const { bounds, heights } = this.tileset.metadata;
-    const box = this.boxes.get(key) ?? this.frame.box(overlap(tileBounds(address), bounds), heights);
-    this.boxes.set(key, box);
-    return box;
+  /** What the metadata say of all tiles of a zoom. */
+  private expectedLevels({ zoom }: Address): readonly Level[] {
+    const known = this.tileset.metadata.zooms.find((entry) => entry.zoom === zoom);
+    if (known === undefined) throw new Error(`the archive has no zoom ${zoom}`);
+    const triangles = known.triangles / known.tiles;
+    return [{ error: known.finest_error, triangles, bytes: BYTES_PER_TRIANGLE * triangles }];
+  }
+
+  private boxBetween(address: Address, heights: readonly [number, number]): OrientedBox {
+    return this.frame.orientedBox(overlap(tileBounds(address), this.tileset.metadata.bounds), heights);
   }
 }
 

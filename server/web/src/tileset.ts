@@ -5,8 +5,12 @@ import type { Bounds } from "./frame.ts";
 /** The tiles of one zoom. */
 export interface Zoom {
   readonly zoom: number;
-  /** Largest certified error of their finest surfaces, metres. */
+  readonly tiles: number;
+  /** Of their finest surfaces. */
+  readonly triangles: number;
+  /** Largest certified errors of their finest and coarsest surfaces, metres. */
   readonly finest_error: number;
+  readonly coarsest_error: number;
   /** Rectangles of tiles that exist: first x, first y, last x, last y, all inclusive. */
   readonly available: readonly (readonly [number, number, number, number])[];
 }

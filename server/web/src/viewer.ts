@@ -5,8 +5,8 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
-import type { View } from "./select.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
+import type { Camera } from "./sight.ts";
 import { TerrainLayer, type Stats } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 
@@ -81,6 +81,7 @@ export class Viewer {
     this.layer.uniforms.exaggeration.value = this.exaggeration;
     this.layer.setWireframe(this.wireframe);
     this.layer.setDetailedLight(this.detailedLight);
+    this.layer.setTolerance(this.maxPixels);
     this.layer.uniforms.style.value = this.style;
     this.layer.uniforms.contours.value = this.contours;
     this.scene.add(this.layer.group);
@@ -106,7 +107,7 @@ export class Viewer {
 
   setMaxPixels(pixels: number): void {
     this.maxPixels = pixels;
-    this.layer?.invalidate();
+    this.layer?.setTolerance(pixels);
   }
 
   setExaggeration(factor: number): void {
@@ -256,7 +257,7 @@ export class Viewer {
     this.stayAbove();
     this.camera.updateMatrixWorld();
     if (this.layer !== undefined) this.layer.uniforms.clearDistance.value = this.focusDistance(this.layer);
-    this.layer?.update(this.view(), now);
+    this.layer?.update(this.seenFrom(this.layer), now);
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
     if (this.layer?.isSettled === true) this.waiting.splice(0).forEach((resolve) => resolve());
@@ -300,15 +301,15 @@ export class Viewer {
     return Math.max(20, (this.camera.position.z - lowest) / 2);
   }
 
-  private view(): View {
+  private seenFrom(layer: TerrainLayer): Camera {
     const toClip = this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
     const frustum = new THREE.Frustum().setFromProjectionMatrix(toClip);
     const halfHeight = Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW_DEGREES / 2));
     return {
       eye: this.camera.position,
       pixelsPerRadian: (this.exaggeration * this.renderer.domElement.height) / (2 * halfHeight),
-      maxPixels: this.maxPixels,
-      isVisible: (box) => frustum.intersectsBox(box),
+      frustum: frustum.planes,
+      ground: layer.ground,
     };
   }
 }

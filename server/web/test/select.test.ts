@@ -1,9 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Box3, Vector3 } from "three";
+import { Vector3 } from "three";
 import { degreesOf, keyOf, type Address } from "../src/address.ts";
 import { drawnPrefix, placesOf } from "../src/partition.ts";
-import { screenSpaceError, select, type Choice, type Tiles, type View } from "../src/select.ts";
+import { distanceTo, type OrientedBox } from "../src/oriented_box.ts";
+import { select, type Choice, type Demand, type Hierarchy, type Selection } from "../src/select.ts";
+import { screenSpaceError, Sight, type Camera } from "../src/sight.ts";
 import { interiorLevels, type Tile } from "../src/spt.ts";
 import { gridTile, type Pyramid } from "./grid_pyramid.ts";
 
@@ -15,30 +17,39 @@ const PYRAMID: Pyramid = {
   height: (longitude, latitude) => 40 * Math.sin((longitude * Math.PI) / 20) * Math.cos(1.7 * latitude),
 };
 
-/**
- * A flat Earth of one metre a degree, all of whose tiles exist; those for which `isLoaded` holds are loaded. West of
- * the middle, errors are `calm` times those of the east.
- */
-function flatEarth(isLoaded: (tile: Address) => boolean = () => true, calm = 1): Tiles {
+const AXES = [new Vector3(1, 0, 0), new Vector3(0, 1, 0), new Vector3(0, 0, 1)] as const;
+
+/** A flat Earth of one metre a degree, all of whose tiles exist. West of the middle, errors are `calm` times those of the east. */
+function flatEarth(calm = 1): Hierarchy {
   const roughness = ({ zoom, x }: Address) => (x < 2 ** zoom ? calm : 1);
-  const finestError = (zoom: number) => 2 ** (PYRAMID.leafZoom - zoom);
   return {
     roots: [0, 1].map((x) => ({ zoom: 0, x, y: 0 })),
     exists: ({ zoom }) => zoom <= PYRAMID.leafZoom,
-    box: ({ zoom, x, y }) => {
-      const side = degreesOf(zoom);
-      return new Box3(new Vector3(x * side, y * side, 0), new Vector3((x + 1) * side, (y + 1) * side, 0));
+    bounds: ({ zoom, x, y }) => {
+      const half = degreesOf(zoom) / 2;
+      return { centre: new Vector3((2 * x + 1) * half, (2 * y + 1) * half, 0), axes: AXES, halfSizes: [half, half, 0] };
     },
-    errors: (tile) => {
-      const finest = roughness(tile) * finestError(tile.zoom);
-      return isLoaded(tile) ? [2 * finest, 1.5 * finest, finest] : undefined;
+    levels: (tile) => {
+      const finest = roughness(tile) * 2 ** (PYRAMID.leafZoom - tile.zoom);
+      return [2, 1.5, 1].map((factor, level) => ({ error: factor * finest, triangles: 8 << level, bytes: 1000 }));
     },
-    finestError,
   };
 }
 
-function viewFrom(x: number, y: number, z: number, maxPixels = 2): View {
-  return { eye: new Vector3(x, y, z), pixelsPerRadian: 10, maxPixels, isVisible: () => true };
+interface View {
+  camera: Camera;
+  demand: Demand;
+}
+
+function viewFrom(x: number, y: number, z: number, tolerance = 2): View {
+  return {
+    camera: { eye: new Vector3(x, y, z), pixelsPerRadian: 10, frustum: [], ground: undefined },
+    demand: { tolerance, keep: 1, triangles: Infinity, bytes: Infinity },
+  };
+}
+
+function selected(tiles: Hierarchy, { camera, demand }: View, isLoaded: (tile: Address) => boolean = () => true): Selection {
+  return select(tiles, camera, demand, isLoaded, []);
 }
 
 /** All coarse tiles, and of the finer ones most, by a fixed rule that looks like chance. */
@@ -47,43 +58,46 @@ function isMostlyLoaded({ zoom, x, y }: Address): boolean {
 }
 
 test("a metre at a hundred metres is as large as half the field of view says", () => {
-  assert.equal(screenSpaceError(1, 100, viewFrom(0, 0, 0)), 0.1);
-  assert.equal(screenSpaceError(1, 0, viewFrom(0, 0, 0)), Infinity);
-  assert.equal(screenSpaceError(0, 0, viewFrom(0, 0, 0)), 0);
+  const { camera } = viewFrom(0, 0, 0);
+  assert.equal(screenSpaceError(1, 100, camera), 0.1);
+  assert.equal(screenSpaceError(1, 0, camera), Infinity);
+  assert.equal(screenSpaceError(0, 0, camera), 0);
 });
 
 test("everything drawn is within the limit where the pyramid is deep enough", () => {
   const [tiles, view] = [flatEarth(), viewFrom(100, 60, 8)];
-  const { choices, missing } = select(tiles, view);
-  assert.deepEqual(missing, []);
+  const { choices, requests } = selected(tiles, view);
+  assert.deepEqual(requests, []);
   for (const { address, error } of choices) {
-    const pixels = screenSpaceError(error, tiles.box(address).distanceToPoint(view.eye), view);
-    assert.ok(pixels <= view.maxPixels || address.zoom === PYRAMID.leafZoom, `${keyOf(address)}: ${pixels} pixels`);
+    const pixels = screenSpaceError(error, distanceTo(tiles.bounds(address), view.camera.eye), view.camera);
+    assert.ok(pixels <= view.demand.tolerance || address.zoom === PYRAMID.leafZoom, `${keyOf(address)}: ${pixels} pixels`);
   }
   assert.equal(Math.max(...choices.map(({ address }) => address.zoom)), PYRAMID.leafZoom);
 });
 
 test("from far away the coarsest level of the roots is enough", () => {
-  const { choices } = select(flatEarth(), viewFrom(180, 90, 1e5));
+  const { choices } = selected(flatEarth(), viewFrom(180, 90, 1e5));
   assert.deepEqual(choices.map(({ address, interior }) => [keyOf(address), interior]), [["0/0/0", 0], ["0/1/0", 0]]);
 });
 
 test("less error allowed never draws fewer tiles", () => {
-  const counts = [16, 8, 4, 2, 1].map((pixels) => select(flatEarth(), viewFrom(100, 60, 20, pixels)).choices.length);
+  const counts = [16, 8, 4, 2, 1].map((pixels) => selected(flatEarth(), viewFrom(100, 60, 20, pixels)).choices.length);
   assert.deepEqual(counts, [...counts].sort((a, b) => a - b));
   assert.ok(counts[0]! < counts[4]!, String(counts));
 });
 
 test("what is out of sight is not refined beyond what its neighbours need", () => {
-  const view = { ...viewFrom(100, 60, 8), isVisible: (box: Box3) => box.max.x > 90 };
-  assert.ok(select(flatEarth(), view).choices.length < select(flatEarth(), viewFrom(100, 60, 8)).choices.length);
+  const view = viewFrom(100, 60, 8);
+  const eastOf90 = { ...view.camera, frustum: [{ normal: new Vector3(1, 0, 0), constant: -90 }] };
+  const inSight = selected(flatEarth(), { ...view, camera: eastOf90 });
+  assert.ok(inSight.choices.length < selected(flatEarth(), view).choices.length);
 });
 
 for (const [name, isLoaded] of [["all", () => true], ["some", isMostlyLoaded]] as const) {
   for (const [x, y, z] of [[100, 60, 2], [0.5, 90, 3], [359, 3, 1]] as const) {
     test(`with ${name} tiles loaded, the view from ${x}, ${y}, ${z} covers the Earth once, without a gap`, async () => {
-      const { choices, missing } = select(flatEarth(isLoaded), viewFrom(x, y, z));
-      assert.equal(missing.length > 0, name === "some");
+      const { choices, requests } = selected(flatEarth(), viewFrom(x, y, z), isLoaded);
+      assert.equal(requests.length > 0, name === "some");
       assert.ok(new Set(choices.map(({ address }) => address.zoom)).size > 2, "several zooms are on show");
       const area = choices.reduce((sum, { address }) => sum + degreesOf(address.zoom) ** 2, 0);
       assert.equal(area, 360 * 180);
@@ -93,12 +107,32 @@ for (const [name, isLoaded] of [["all", () => true], ["some", isMostlyLoaded]] a
 }
 
 test("rough ground beside calm ground: calm tiles stay coarse inside, but not where a side must be fine", async () => {
-  const { choices } = select(flatEarth(() => true, 1 / 64), viewFrom(185, 60, 2));
+  const { choices } = selected(flatEarth(1 / 64), viewFrom(185, 60, 2));
   const calm = choices.filter(({ address }) => address.x < 2 ** address.zoom);
   const withFineSide = calm.filter(({ fineSides }) => fineSides.includes(true));
   assert.ok(withFineSide.length > 3 && withFineSide.every(({ interior }) => interior === 2));
   assert.ok(calm.some(({ interior }) => interior === 0));
   assert.deepEqual(await openEdges(choices), []);
+});
+
+test("the ball hides what is behind it and nothing else", () => {
+  const ground = { centre: new Vector3(), axis: AXES[2], equatorial: 1, polar: 0.5 };
+  const sight = new Sight({ eye: new Vector3(2, 0, 0), pixelsPerRadian: 1, frustum: [], ground });
+  const cube = (x: number, y: number, z: number): OrientedBox => ({ centre: new Vector3(x, y, z), axes: AXES, halfSizes: [0.1, 0.1, 0.1] });
+  assert.ok(!sight.sees(cube(-1.5, 0, 0)));
+  // Beside the flattened ball, though a round one would hide it.
+  assert.ok(sight.sees(cube(-1.5, 0, 1.2)));
+  assert.ok(!sight.sees(cube(-1.5, 1.2, 0)));
+  assert.ok(sight.sees(cube(0.9, 0, 0)));
+  assert.ok(sight.sees(cube(-10, 6.8, 0)));
+});
+
+test("too small a budget makes everything coarser, not one part", () => {
+  const view = viewFrom(100, 60, 8);
+  const whole = selected(flatEarth(), view);
+  const half = selected(flatEarth(), { ...view, demand: { ...view.demand, bytes: 500 * whole.choices.length } });
+  assert.ok(half.choices.length <= whole.choices.length / 2);
+  assert.deepEqual(half.choices, selected(flatEarth(), viewFrom(100, 60, 8, half.tolerance)).choices);
 });
 
 /** Edges of the drawn surface, in lattice coordinates of the Earth, that no other triangle has in reverse. */
