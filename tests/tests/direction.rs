@@ -26,10 +26,18 @@ const ALLOWED: [(&str, &[&str]); 6] = [
 /// Libraries and the files or folders that wrap them: no other file names them.
 const HOMES: [(&str, &[&str]); 18] = [
     ("gdal", &["ingest/src/raster"]),
-    ("exr", &["ingest/src/raster/exr_file.rs"]),
+    (
+        "exr",
+        &["ingest/src/raster/exr_file.rs", "ingest/src/pack/simulator/images.rs"],
+    ),
     (
         "tiff",
-        &["ingest/src/raster/tiff_file.rs", "ingest/src/raster/tiff_file", "tests"],
+        &[
+            "ingest/src/raster/tiff_file.rs",
+            "ingest/src/raster/tiff_file",
+            "ingest/src/pack/simulator/images.rs",
+            "tests",
+        ],
     ),
     ("proj", &["ingest/src/georeference/projection.rs"]),
     ("proj_sys", &["ingest/src/georeference/projection.rs"]),
