@@ -76,7 +76,8 @@ pub(super) fn write(
         Ok(worlds::write_sdf_of_heightmaps(out, &frame, &heightmaps)?)
     })?;
     folder.stream("mujoco.xml", |out| Ok(worlds::write_mjcf(out, &heightmaps)?))?;
-    folder.stream("terrain.usda", |out| Ok(usd::write_stage(out, &pieces.records)?))?;
+    let paths = || pieces.records.iter().map(|record| &*record.path);
+    folder.stream("terrain.usda", |out| Ok(usd::write_stage(out, paths())?))?;
     let files = folder.written();
     let manifest = Manifest::new(metadata, archive.version(), &frame, &pieces, &heightmaps, files);
     folder.write("manifest.json", &serde_json::to_vec_pretty(&manifest)?)?;

@@ -5,8 +5,6 @@ use std::io::{self, Write};
 
 use glam::{DVec3, Vec3};
 
-use super::pieces::Record;
-
 const HEADER: &str = "#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = \"Z\"\n    defaultPrim = ";
 
 /// One mesh, about its offset.
@@ -40,17 +38,15 @@ pub(super) fn write_mesh(
     writeln!(out, "    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}}")
 }
 
-/// A stage of all meshes.
-pub(super) fn write_stage(out: &mut dyn Write, records: &[Record]) -> io::Result<()> {
+/// A stage of the meshes whose files are at `paths`, without their extensions.
+pub(super) fn write_stage<'a>(out: &mut dyn Write, paths: impl Iterator<Item = &'a str>) -> io::Result<()> {
     write!(out, "{HEADER}\"Terrain\"\n)\n\ndef Xform \"Terrain\"\n{{\n")?;
-    for record in records {
-        let name = record.path.trim_start_matches("meshes/");
+    for path in paths {
+        let name = path.trim_start_matches("meshes/");
         writeln!(
             out,
-            "    def \"tile_{name}\" (\n        prepend references = @./{}.usda@\n    )",
-            record.path
+            "    def \"tile_{name}\" (\n        prepend references = @./{path}.usda@\n    )\n    {{\n    }}"
         )?;
-        writeln!(out, "    {{\n    }}")?;
     }
     writeln!(out, "}}")
 }
