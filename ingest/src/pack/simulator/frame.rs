@@ -7,11 +7,9 @@
 //! The lattice is that of a power of two of a metre. Coordinates of a tile about a point of it are whole numbers of steps, so few
 //! that single precision holds them: two tiles have a vertex that they share at the same place, to the bit.
 
-use std::f64::consts::SQRT_2;
-
 use glam::{DMat3, DVec2, DVec3};
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::{Geodetic, METRES_IN_A_DEGREE, east_north_up, normal, to_earth_centred};
+use terrain_tiles::ellipsoid::{Geodetic, METRES_IN_A_DEGREE, east_north_up, normal, to_earth_centred, to_geodetic};
 
 use super::super::unusable::Unusable;
 
@@ -73,14 +71,19 @@ impl Frame {
         (local / self.step).round() * self.step
     }
 
-    /// By how much a surface may move along the frame's up when its vertices go to the lattice, where it is no steeper than
-    /// `steepest`.
+    /// By how much a surface may move along the vertical when its vertices go to the lattice, where it is no steeper than `steepest`.
     pub(super) fn rounding(&self, steepest: f64) -> f64 {
-        self.step / 2.0 * (1.0 + SQRT_2 * steepest)
+        self.step / 2.0 * 3_f64.sqrt() * (1.0 + steepest)
     }
 
-    /// How much more than so many metres along the frame's up that may be along the ground's own, over ground no steeper than
-    /// `steepest`: whoever goes up along the one goes sideways along the other.
+    /// The vertical at a point of the frame.
+    pub(super) fn up(&self, local: DVec3) -> DVec3 {
+        let place = to_geodetic(self.earth_centred + self.turn * local);
+        self.turn.transpose() * normal(place.longitude, place.latitude)
+    }
+
+    /// By what factor a distance along the vertical between two surfaces may be more than their largest one along the frame's up, if
+    /// one of them is no steeper than `steepest` in the frame: whoever goes up along the one goes sideways along the other.
     pub(super) fn leaning(&self, steepest: f64) -> f64 {
         let steepest_here = (steepest.atan() + self.tilt).tan();
         if steepest_here < 0.0 {

@@ -21,6 +21,7 @@ fn the_earth_curves_away_below() {
     );
     assert!((frame.local(at(DVec2::ZERO, 12.5)) - DVec3::new(0.0, 0.0, 12.5)).length() < 1e-8);
     assert!(frame.local(at(DVec2::new(0.0, 0.1), 0.0)).y > 11_000.0);
+    assert!((frame.up(east) - DVec3::new(sine, 0.0, cosine)).length() < 1e-14);
 }
 
 #[test]

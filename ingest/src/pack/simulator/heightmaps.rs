@@ -27,6 +27,8 @@ pub(super) struct Heightmap {
     pub(super) posts_without_ground: usize,
     /// Of what is between posts from the surface, metres.
     difference: f64,
+    /// Metres up for a metre across, at most.
+    steepest: f64,
 }
 
 /// All of a pack.
@@ -36,6 +38,8 @@ pub(super) struct Heightmaps {
     pub(super) maps: Vec<Heightmap>,
     /// Metres along the frame's up from the surface to what is between posts, at most, where there is ground.
     pub(super) sampling_error: f64,
+    /// Metres up for a metre across between posts that have ground, at most.
+    pub(super) steepest: f64,
 }
 
 /// Writes all heightmaps of `grid`.
@@ -59,6 +63,7 @@ pub(super) fn write(folder: &Folder, pieces: &Pieces, grid: Grid) -> anyhow::Res
         grid,
         scale,
         sampling_error: difference.max(rounding),
+        steepest: maps.iter().map(|map| map.steepest).fold(0.0, f64::max),
         maps,
     })
 }
@@ -121,6 +126,7 @@ fn sample(pieces: &Pieces, grid: &Grid, tile: UVec2, kept: &Kept) -> anyhow::Res
             .reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]),
         posts_without_ground: posts.heights.len() - ground.count(),
         difference,
+        steepest: posts.steepest(),
     })
 }
 

@@ -59,17 +59,17 @@ struct Surface {
     certified_error: f64,
     /// Where that is bounded.
     bound: String,
-    /// Up for a metre across; null where the surface is upright somewhere, and so are then all errors that this is in.
-    steepest: Option<f64>,
+    /// Up for a metre across.
+    steepest: f64,
 }
 
 #[derive(Serialize)]
 struct Meshes {
     /// Coordinates are whole numbers of these.
     step: f64,
-    rounding_error: Option<f64>,
+    rounding_error: f64,
     /// From the source, all in all.
-    error: Option<f64>,
+    error: f64,
     tiles: Vec<MeshInWords>,
 }
 
@@ -97,8 +97,8 @@ struct HeightmapsInWords {
     quantum: f64,
     sampling_error: f64,
     /// From the source, all in all.
-    error_of_numbers: Option<f64>,
-    error_of_metres: Option<f64>,
+    error_of_numbers: f64,
+    error_of_metres: f64,
     posts_without_ground: usize,
     tile: Vec<HeightmapInWords>,
 }
@@ -126,8 +126,9 @@ impl Manifest {
         let certified = pieces.greatest(|record| record.error);
         let steepest = pieces.greatest(|record| record.steepest);
         let rounding = frame.rounding(steepest);
-        let leaning = frame.leaning(steepest);
-        let all = |more: f64| finite(certified + (rounding + more) * leaning);
+        let half_quantum = heightmaps.scale.quantum / 2.0;
+        let steepest_between = heightmaps.steepest + heightmaps.scale.quantum / heightmaps.grid.spacing().min_element();
+        let all = |along_up: f64| certified + rounding + along_up * frame.leaning(steepest_between);
         let source = &metadata.source;
         Self {
             generator: format!("terrain-ingest {}", env!("CARGO_PKG_VERSION")),
@@ -153,12 +154,12 @@ impl Manifest {
                 zoom: pieces.records.first().map_or(0, |record| record.address.zoom),
                 certified_error: certified,
                 bound: metadata.bound.clone(),
-                steepest: finite(steepest),
+                steepest,
             },
             meshes: Meshes {
                 step: frame.step,
-                rounding_error: finite(rounding),
-                error: all(0.0),
+                rounding_error: rounding,
+                error: certified + rounding,
                 tiles: pieces.records.iter().map(MeshInWords::of).collect(),
             },
             heightmaps: HeightmapsInWords {
@@ -170,7 +171,7 @@ impl Manifest {
                 zero: heightmaps.scale.zero,
                 quantum: heightmaps.scale.quantum,
                 sampling_error: heightmaps.sampling_error,
-                error_of_numbers: all(heightmaps.sampling_error + heightmaps.scale.quantum / 2.0),
+                error_of_numbers: all(heightmaps.sampling_error + half_quantum),
                 error_of_metres: all(heightmaps.sampling_error),
                 posts_without_ground: heightmaps.maps.iter().map(|map| map.posts_without_ground).sum(),
                 tile: heightmaps
@@ -182,11 +183,6 @@ impl Manifest {
             files,
         }
     }
-}
-
-/// JSON has no infinity.
-fn finite(number: f64) -> Option<f64> {
-    number.is_finite().then_some(number)
 }
 
 impl MeshInWords {

@@ -44,16 +44,16 @@ impl Piece {
     }
 
     /// Metres up for a metre across, at most; infinity where a triangle is upright.
-    pub(super) fn steepest(&self) -> f64 {
+    pub(super) fn steepest(&self, frame: &Frame) -> f64 {
         let slope = |&triangle: &[u32; 3]| {
             let [a, b, c] = self.corners(triangle);
             let normal = (b - a).cross(c - a);
-            if normal == DVec3::ZERO {
+            let up = frame.up(a);
+            let across = normal.cross(up).length();
+            if across == 0.0 {
                 0.0
-            } else if normal.z > 0.0 {
-                normal.truncate().length() / normal.z
             } else {
-                f64::INFINITY
+                across / normal.dot(up).max(0.0)
             }
         };
         self.triangles.iter().map(slope).fold(0.0, f64::max)

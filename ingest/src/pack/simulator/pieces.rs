@@ -95,7 +95,7 @@ fn write(archive: &Reader, address: TileAddress, frame: &Frame, folder: &Folder)
         offset,
         vertices: piece.positions.len(),
         triangles: piece.triangles.len(),
-        steepest: piece.steepest(),
+        steepest: piece.steepest(frame),
     })
 }
 

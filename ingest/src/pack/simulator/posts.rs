@@ -89,7 +89,22 @@ impl Posts {
         edges.map(of_edge).fold(0.0, f64::max)
     }
 
-    /// The same at one point, in cells from the tile's south-west post.
+    /// Metres up for a metre across of what is between posts, cut either way, at most.
+    pub(super) fn steepest(&self) -> f64 {
+        let size = self.grid.size as usize;
+        let spacing = self.grid.spacing();
+        let slope = |cell: usize| {
+            let at = |step: usize| f64::from(self.heights[cell + step]);
+            let [southwest, southeast, northwest, northeast] = [at(0), at(1), at(size), at(size + 1)];
+            let across = (southeast - southwest).abs().max((northeast - northwest).abs());
+            let up = (northwest - southwest).abs().max((northeast - southeast).abs());
+            (DVec2::new(across, up) / spacing).length()
+        };
+        let cells = (0..size * (size - 1)).filter(|cell| cell % size + 1 < size);
+        cells.map(slope).fold(0.0, f64::max)
+    }
+
+    /// The difference at one point, in cells from the tile's south-west post.
     fn difference_at(&self, cells: DVec2, height: f64) -> f64 {
         let most = f64::from(self.grid.size - 1);
         if cells.min_element() < 0.0 || cells.max_element() > most {

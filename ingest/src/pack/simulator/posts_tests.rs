@@ -52,6 +52,7 @@ fn a_plane_is_what_it_was() {
         );
     }
     assert!(posts.difference(&plane) < 1e-5);
+    assert!((posts.steepest() - 5_f64.sqrt()).abs() < 1e-5);
 }
 
 #[test]
