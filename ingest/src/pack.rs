@@ -7,8 +7,10 @@
 //! ```
 
 mod folder;
+mod mbtiles;
 pub mod simulator;
 mod stored;
+mod three_tz;
 mod unusable;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,6 +37,10 @@ pub enum Format {
     QuantizedMesh,
     /// `tileset.json`, `z/x/y.json` and `z/x/y.glb`: the explicit tileset of 3D Tiles.
     ThreeDTiles,
+    /// The files of `QuantizedMesh` in one database, MBTiles.
+    QuantizedMeshDatabase,
+    /// The files of `ThreeDTiles` in one, a 3D Tiles archive.
+    ThreeDTilesArchive,
     /// Meshes, heightmaps and worlds in a local frame, of the finest zoom alone.
     Simulator(simulator::Options),
 }
@@ -59,10 +65,10 @@ pub struct Report {
     pub bytes: u64,
 }
 
-/// Writes the `chosen` tiles of `archive` as the folder `output`, which must not be there yet, and is there when it is whole.
+/// Writes the `chosen` tiles of `archive` as the folder or file `output`, which must not be there yet, and is there when it is whole.
 ///
 /// # Errors
-/// Where the archive cannot be read, or the folder not be written; [`Unusable`] where the archive does not have what is asked for.
+/// Where the archive cannot be read, or the output not be written; [`Unusable`] where the archive does not have what is asked for.
 pub fn write(
     archive: &Reader,
     format: Format,
@@ -79,17 +85,25 @@ pub fn write(
         folder: Folder::new(part.path().join("whole")),
     };
     let tiles = match format {
-        Format::QuantizedMesh => pack.quantized_mesh().map(|()| chosen.len()),
-        Format::ThreeDTiles => pack.three_d_tiles().map(|()| chosen.len()),
+        Format::QuantizedMesh | Format::QuantizedMeshDatabase => pack.quantized_mesh(),
+        Format::ThreeDTiles | Format::ThreeDTilesArchive => pack.three_d_tiles(),
         Format::Simulator(options) => simulator::write(archive, chosen, options, &pack.folder),
     }?;
-    fs::rename(pack.folder.path(), output).with_context(|| output.display().to_string())?;
-    let files = pack.folder.written();
-    Ok(Report {
-        tiles,
-        files: files.len(),
-        bytes: files.values().map(|file| file.bytes).sum(),
-    })
+    let written = pack.folder.written();
+    let (folder, file) = (pack.folder.path(), part.path().join("file"));
+    let (whole, files, bytes) = match format {
+        Format::QuantizedMeshDatabase => {
+            mbtiles::write(folder, pack.with_roots().into_iter(), &pack.metadata(), &file)?;
+            (&*file, 1, fs::metadata(&file)?.len())
+        }
+        Format::ThreeDTilesArchive => {
+            three_tz::write(folder, written.keys().map(String::as_str), &file)?;
+            (&*file, 1, fs::metadata(&file)?.len())
+        }
+        _ => (folder, written.len(), written.values().map(|file| file.bytes).sum()),
+    };
+    fs::rename(whole, output).with_context(|| output.display().to_string())?;
+    Ok(Report { tiles, files, bytes })
 }
 
 impl Choice {
@@ -120,15 +134,20 @@ struct Pack<'a> {
 }
 
 impl Pack<'_> {
-    fn quantized_mesh(&self) -> anyhow::Result<()> {
+    /// The chosen tiles and both roots, from which clients start.
+    fn with_roots(&self) -> BTreeSet<TileAddress> {
+        let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
+        self.chosen.iter().copied().chain(roots).collect()
+    }
+
+    /// Gives how many tiles there are.
+    fn quantized_mesh(&self) -> anyhow::Result<usize> {
         let outside = &self.archive.metadata().outside;
         let extensions = Extensions {
             normals: true,
             measured_triangles: false,
         };
-        let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
-        let all: BTreeSet<TileAddress> = self.chosen.iter().copied().chain(roots).collect();
-        all.into_par_iter().try_for_each(|address| {
+        self.with_roots().into_par_iter().try_for_each(|address| {
             let mesh = if self.chosen.contains(&address) {
                 QuantizedMesh::from_tile(
                     &stored::tile(self.archive, address)?,
@@ -145,10 +164,12 @@ impl Pack<'_> {
         })?;
         let name = self.archive.metadata().source.files.join(", ");
         let layer = LayerJson::new(&name, &format!("{:032x}", self.archive.version()), &self.metadata());
-        self.folder.write("layer.json", &serde_json::to_vec(&layer)?)
+        self.folder.write("layer.json", &serde_json::to_vec(&layer)?)?;
+        Ok(self.chosen.len())
     }
 
-    fn three_d_tiles(&self) -> anyhow::Result<()> {
+    /// Gives how many tiles there are.
+    fn three_d_tiles(&self) -> anyhow::Result<usize> {
         self.chosen.par_iter().try_for_each(|&address| {
             let surface = TileSurface::measured(
                 &stored::tile(self.archive, address)?,
@@ -165,7 +186,8 @@ impl Pack<'_> {
         let roots = self.chosen.iter().filter(is_root);
         roots
             .copied()
-            .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))
+            .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))?;
+        Ok(self.chosen.len())
     }
 
     fn write_document(&self, path: &str, root: Option<TileAddress>) -> anyhow::Result<()> {

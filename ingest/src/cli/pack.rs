@@ -12,7 +12,8 @@ const PACK_EXAMPLES: &str = "\
 Examples:
   terrain-ingest pack alps.pmtiles --format folder -o alps                        for CesiumJS, from any web server
   terrain-ingest pack alps.pmtiles --format 3d-tiles --bbox 7,45,8,46 -o valais
-  terrain-ingest pack alps.pmtiles --format 3d-tiles --max-zoom 10 -o coarse
+  terrain-ingest pack alps.pmtiles --format 3tz --max-zoom 10 -o coarse.3tz
+  terrain-ingest pack alps.pmtiles --format mbtiles-qm -o alps.mbtiles
   terrain-ingest pack alps.pmtiles --format sim --bbox 7.6,45.9,7.8,46.1 -o zermatt    for Gazebo, MuJoCo, Isaac Sim, PyBullet
   terrain-ingest pack alps.pmtiles --format sim --bbox 7,45,8,46 --size 2049 --spacing 10 --origin 7.66,45.98 -o valais
 
@@ -52,8 +53,8 @@ pub(crate) struct PackArgs {
     /// For sim: metres from post to post, at most; about those of the source, twice that a zoom above its finest, if not given.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) spacing: Option<f64>,
-    /// Folder to write, which must not be there yet.
-    #[arg(short, long, value_name = "FOLDER")]
+    /// Folder, or file for 3tz and mbtiles-qm, to write, which must not be there yet.
+    #[arg(short, long, value_name = "FOLDER|FILE")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -67,6 +68,11 @@ pub(crate) enum PackFormat {
     /// 3D Tiles 1.1 with certified errors: tileset.json, z/x/y.json and z/x/y.glb.
     #[value(name = "3d-tiles")]
     ThreeDTiles,
+    /// The files of 3d-tiles in one, a 3D Tiles archive.
+    #[value(name = "3tz")]
+    ThreeTz,
+    /// The files of folder in one database, MBTiles; tiles compressed by gzip.
+    MbtilesQm,
     /// For simulators, of the finest zoom: collision meshes, heightmaps and worlds in a local frame.
     Sim,
 }
@@ -76,6 +82,8 @@ impl PackArgs {
         match self.format {
             PackFormat::Folder => Format::QuantizedMesh,
             PackFormat::ThreeDTiles => Format::ThreeDTiles,
+            PackFormat::ThreeTz => Format::ThreeDTilesArchive,
+            PackFormat::MbtilesQm => Format::QuantizedMeshDatabase,
             PackFormat::Sim => Format::Simulator(simulator::Options {
                 bbox: self.bbox,
                 origin: self.origin,
