@@ -36,8 +36,6 @@ pub(crate) const MODEL_SHARE: f64 = 0.985;
 const AGREEMENT: f64 = 1e-5;
 /// Share of a tolerance that most surfaces come to.
 const NEARLY: f64 = 0.9;
-/// Bands between a zoom's error and twice that.
-const RUNGS: i32 = 2;
 /// No triangle is lower than this in plan, lattice units.
 const LEAST_ALTITUDE: f64 = 2.0;
 
@@ -83,8 +81,9 @@ impl Build<'_> {
         let mut simplifier = Simplifier::new(surface, kinds, self.shape(), self.quality);
         self.collapse_sides(&mut simplifier, square, &finest.mesh, sides, tolerance)?;
         let mut strays = vec![0.0; Side::ALL.len()];
-        for rung in 1..=RUNGS {
-            let error = tolerance * (f64::from(rung) / f64::from(RUNGS)).exp2();
+        let rungs = self.rungs();
+        for rung in 1..=rungs {
+            let error = tolerance * (f64::from(rung) / f64::from(rungs)).exp2();
             let outline = (error - finest.outline_strayed).max(0.0);
             simplifier.simplify(Allowance {
                 vertical: error * MODEL_SHARE,
@@ -116,6 +115,14 @@ impl Build<'_> {
             outline_strayed: spt::rounded_up(outline_strayed),
         };
         Ok(tile)
+    }
+
+    /// Bands between a zoom's error and twice that: a surface between the two costs a tenth of a build.
+    fn rungs(&self) -> i32 {
+        match self.quality {
+            Quality::Fast => 1,
+            Quality::Default | Quality::Best => 2,
+        }
     }
 
     fn collapse_sides(

@@ -65,7 +65,8 @@ pub(crate) enum Bound {
 /// How much work goes into few triangles.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Quality {
-    /// Least time: vertices stay where they are when others collapse into them.
+    /// Least time: vertices stay where they are when others collapse into them, and a tile has no level made for an error between its
+    /// finest and its coarsest one.
     Fast,
     /// Vertices may go to the middle of an edge that collapses.
     Default,
