@@ -1,16 +1,22 @@
 //! The options of `terrain-ingest`, and the help that a stranger reads.
 
+mod pack;
+mod raster;
+mod run;
+mod tiles;
 mod values;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use terrain_ingest::pack::Format;
+use clap::{Args, Parser, Subcommand};
 use terrain_ingest::pyramid::Job;
-use terrain_tiles::metadata::{HeightsAbove, OutsidePolicy, RasterReader};
 
-pub(crate) use values::Values;
-use values::{bounds, degrees, not_negative, number, pixel_size, positive, size, unit, values};
+pub(crate) use self::pack::PackArgs;
+pub(crate) use self::raster::{ByteOrder, LocalArgs, Priority, RasterArgs, VoidPolicy};
+pub(crate) use self::run::RunArgs;
+pub(crate) use self::tiles::{Bound, Quality, SurfaceArgs, TileArgs};
+pub(crate) use self::values::Values;
+use self::values::{degrees, positive};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -44,12 +50,6 @@ Example, on one machine:
   terrain-ingest build --work /shared/work --job samples/0        and so on, for all jobs of a stage, stage by stage
   terrain-ingest merge --work /shared/work -o all.pmtiles
 How to run it by Dask, Slurm or Kubernetes: docs/distributed.md.";
-
-const PACK_EXAMPLES: &str = "\
-Examples:
-  terrain-ingest pack alps.pmtiles --format folder -o alps                        for CesiumJS, from any web server
-  terrain-ingest pack alps.pmtiles --format 3d-tiles --bbox 7,45,8,46 -o valais
-  terrain-ingest pack alps.pmtiles --format 3d-tiles --max-zoom 10 -o coarse";
 
 const MESH_EXAMPLES: &str = "\
 Examples:
@@ -129,32 +129,6 @@ pub(crate) struct BuildArgs {
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
-}
-
-/// What tiles are to be.
-#[derive(Args)]
-pub(crate) struct TileArgs {
-    /// Largest error of the finest tiles, in metres, doubled a zoom upwards. If not given, an eighth of the shorter side of a
-    /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m, and 200 m at
-    /// most, or what cells of a degree and more bend away from the Earth.
-    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) max_error: Option<f64>,
-    /// What CesiumJS and its kin see where nothing was measured, around the data and in their holes.
-    #[arg(long, value_enum, default_value = "extend")]
-    pub(crate) outside: OutsideName,
-    #[command(flatten)]
-    pub(crate) surface: SurfaceArgs,
-}
-
-/// What surface is made within the error.
-#[derive(Args)]
-pub(crate) struct SurfaceArgs {
-    /// Where the error is bounded.
-    #[arg(long, value_enum, default_value = "surface")]
-    pub(crate) bound: Bound,
-    /// How much work goes into few triangles; the error is the same for all.
-    #[arg(long, value_enum, default_value = "default")]
-    pub(crate) quality: Quality,
 }
 
 /// Where work is kept.
@@ -376,51 +350,6 @@ pub(crate) struct VerifyArgs {
     pub(crate) run: RunArgs,
 }
 
-/// A pack.
-///
-/// A tile is in it as terrain-server would send it, its normals made with all tiles around it; whatever part is packed, it is the
-/// same. Any web server can serve the folder.
-#[derive(Args)]
-#[command(after_help = PACK_EXAMPLES)]
-pub(crate) struct PackArgs {
-    /// The archive.
-    #[arg(value_name = "OUT.pmtiles")]
-    pub(crate) archive: PathBuf,
-    /// Which files.
-    #[arg(long, value_enum)]
-    pub(crate) format: PackFormat,
-    /// Tiles that meet this box in degrees, and those above them; all if not given. East exceeds 180 across the antimeridian.
-    #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
-    pub(crate) bbox: Option<[f64; 4]>,
-    /// The finest zoom; all if not given.
-    #[arg(long, value_name = "ZOOM")]
-    pub(crate) max_zoom: Option<u8>,
-    /// Folder to write, which must not be there yet.
-    #[arg(short, long, value_name = "FOLDER")]
-    pub(crate) output: PathBuf,
-    #[command(flatten)]
-    pub(crate) run: RunArgs,
-}
-
-/// What files a pack is made of.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum PackFormat {
-    /// Quantized-mesh with normals: layer.json and z/x/y.terrain.
-    Folder,
-    /// 3D Tiles 1.1 with certified errors: tileset.json, z/x/y.json and z/x/y.glb.
-    #[value(name = "3d-tiles")]
-    ThreeDTiles,
-}
-
-impl From<PackFormat> for Format {
-    fn from(name: PackFormat) -> Self {
-        match name {
-            PackFormat::Folder => Self::QuantizedMesh,
-            PackFormat::ThreeDTiles => Self::ThreeDTiles,
-        }
-    }
-}
-
 #[derive(Args)]
 pub(crate) struct InfoArgs {
     /// The archive, or levels of a model.
@@ -429,205 +358,4 @@ pub(crate) struct InfoArgs {
     /// Print JSON instead of a table.
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// For rasters that do not say where they are, or wrongly.
-#[derive(Args)]
-pub(crate) struct RasterArgs {
-    /// Coordinate reference system to use instead of the raster's own: EPSG:2056, WKT or a PROJ string.
-    #[arg(long, value_name = "CRS")]
-    pub(crate) crs: Option<String>,
-    /// Outer edges of the raster's pixels, in units of the CRS, to use instead of the raster's own position.
-    #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
-    pub(crate) bounds: Option<[f64; 4]>,
-    /// What the rasters' heights are above, instead of what they say: egm96, egm2008, egm84, navd88, ellipsoid or an EPSG code. If
-    /// not given: their coordinate reference system, their tags, or the product that their names tell.
-    #[arg(long, value_name = "DATUM")]
-    pub(crate) vertical: Option<String>,
-    /// Grid of the geoid's height above the ellipsoid: a file GTX, GeoTIFF or PGM (GeographicLib). If not given, the one that PROJ
-    /// keeps for the datum.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) geoid: Option<PathBuf>,
-    /// Unit of the rasters' heights, instead of what they say: metre, decimetre, centimetre, foot, us-foot, or so many metres.
-    #[arg(long, value_name = "UNIT", value_parser = unit, allow_negative_numbers = true)]
-    pub(crate) unit: Option<f64>,
-    /// Value, or values with commas between them, that stand for voids, as they are stored in the rasters, besides those that these
-    /// declare; `none` if there are none. If not given, usual ones as -32768 or -9999 are voids where they are far from all other
-    /// values, and a note says so.
-    #[arg(long, value_name = "VALUE", value_parser = values, allow_negative_numbers = true, allow_hyphen_values = true)]
-    pub(crate) nodata: Option<Values>,
-    /// Heights in metres of the least and the greatest value that a height map can store: 0 and 65535 for 16 bits, 0 and 1 for
-    /// numbers with a fraction.
-    #[arg(long, value_names = ["MIN", "MAX"], num_args = 2, value_parser = number, allow_negative_numbers = true)]
-    pub(crate) height_range: Option<Vec<f64>>,
-    /// Which byte comes first in raw height maps (.r16, .raw: 16 bits a sample, as many rows as columns).
-    #[arg(long, value_enum, default_value = "little")]
-    pub(crate) byte_order: ByteOrder,
-    /// Which reader to use, whatever the file's name: GDAL; tiff and exr without GDAL, which look at no other file.
-    #[arg(long, value_enum)]
-    pub(crate) reader: Option<ReaderName>,
-    /// Read virtual rasters (.vrt), and every file and address that they name.
-    #[arg(long)]
-    pub(crate) allow_vrt: bool,
-    /// Raster below and around all others, where these have no height; several are asked in their order.
-    #[arg(long, value_name = "DEM", num_args = 1..)]
-    pub(crate) underlay: Vec<PathBuf>,
-    /// How far underlays reach beyond the other rasters; if not given, by half of their width and height on each side.
-    #[arg(long, value_name = "METRES", requires = "underlay", value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) around: Option<f64>,
-    /// How far from a joint a raster is bent to meet one that counts before it where both differ, 0 for not at all; if not given,
-    /// five of its cells, or a hundred of the finest raster's if that is less.
-    #[arg(long, value_name = "METRES", value_parser = not_negative, allow_negative_numbers = true)]
-    pub(crate) blend: Option<f64>,
-    /// Which raster counts where several have a height.
-    #[arg(long, value_enum, default_value = "resolution")]
-    pub(crate) priority: Priority,
-    /// What becomes of voids that no raster has a height for.
-    #[arg(long, value_enum, default_value = "hole")]
-    pub(crate) voids: VoidPolicy,
-    /// The widest void that --voids fill fills; if not given, forty cells.
-    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
-    pub(crate) fill_width: Option<f64>,
-    /// Polygons (GeoJSON, Shapefile, FlatGeobuf) within which the surface is level, at the median of the samples inside: lakes, runways.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) water: Option<PathBuf>,
-    /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
-    /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
-    /// says.
-    #[arg(long, value_enum)]
-    pub(crate) heights: Option<Heights>,
-}
-
-/// For ground that is nowhere on the Earth.
-#[derive(Args)]
-pub(crate) struct LocalArgs {
-    /// Metres from sample to sample, one number or X,Y, of a raster that is nowhere on the Earth, such as a height map of a game: x
-    /// and y are then metres from its last row's first sample.
-    #[arg(long, value_name = "METRES", value_parser = pixel_size, conflicts_with_all = ["crs", "bounds", "vertical", "geoid", "heights"])]
-    pub(crate) pixel_size: Option<[f64; 2]>,
-}
-
-/// Which byte of a number comes first.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum ByteOrder {
-    /// The least significant one.
-    Little,
-    /// The most significant one.
-    Big,
-}
-
-/// Who reads rasters.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum ReaderName {
-    /// The library GDAL: most formats.
-    Gdal,
-    /// GeoTIFF alone.
-    Tiff,
-    /// OpenEXR alone.
-    Exr,
-}
-
-impl From<ReaderName> for RasterReader {
-    fn from(name: ReaderName) -> Self {
-        match name {
-            ReaderName::Gdal => Self::Gdal,
-            ReaderName::Tiff => Self::Tiff,
-            ReaderName::Exr => Self::Exr,
-        }
-    }
-}
-
-/// Which raster counts.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Priority {
-    /// The one with the finest cells, of equally fine ones the first.
-    Resolution,
-    /// The first.
-    Order,
-}
-
-/// What is where nothing was measured.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum OutsideName {
-    /// The ellipsoid, with walls up to the data.
-    Ellipsoid,
-    /// The sea level, with walls up to the data.
-    Geoid,
-    /// Ground that goes on from the edge of the data without a wall, and comes down to the ellipsoid as far away as the data are
-    /// wide.
-    Extend,
-}
-
-impl From<OutsideName> for OutsidePolicy {
-    fn from(name: OutsideName) -> Self {
-        match name {
-            OutsideName::Ellipsoid => Self::Ellipsoid,
-            OutsideName::Geoid => Self::Geoid,
-            OutsideName::Extend => Self::Extend,
-        }
-    }
-}
-
-/// What becomes of voids.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum VoidPolicy {
-    /// They stay holes.
-    Hole,
-    /// They are filled, smoothly from their rims; outer rims stay where they are.
-    Fill,
-}
-
-/// What heights are above.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Heights {
-    /// The WGS 84 ellipsoid.
-    Ellipsoid,
-    /// What those of the rasters are above.
-    Source,
-}
-
-impl From<Heights> for HeightsAbove {
-    fn from(heights: Heights) -> Self {
-        match heights {
-            Heights::Ellipsoid => Self::Ellipsoid,
-            Heights::Source => Self::Source,
-        }
-    }
-}
-
-#[derive(Args)]
-pub(crate) struct RunArgs {
-    /// Threads to use; all cores if not given.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) jobs: Option<u16>,
-    /// Memory to stay below, roughly, as 800M or 2G; a quarter of the machine's if not given.
-    #[arg(long, value_name = "SIZE", value_parser = size)]
-    pub(crate) memory: Option<u64>,
-    /// Show no progress.
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
-    /// Report as JSON on standard output; progress, unless it is quiet, as an event a line on standard error.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// Where an error is bounded.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Bound {
-    /// At every point of the surface that is bilinear between samples.
-    Surface,
-    /// At samples only, as other programs do it: fewer triangles, a weaker promise.
-    Samples,
-}
-
-/// How much work goes into few triangles.
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Quality {
-    /// Least time: vertices stay where they are when others collapse into them, and a tile has no level made for an error between its
-    /// finest and its coarsest one.
-    Fast,
-    /// Vertices may go to the middle of an edge that collapses.
-    Default,
-    /// Fewest triangles: more places, and edges swapped and vertices moved to make room for further collapses.
-    Best,
 }

@@ -6,30 +6,43 @@
 //!         ─▶ a document that names exactly these
 //! ```
 
+mod folder;
+mod mbtiles;
+pub mod simulator;
+mod stored;
+mod three_tz;
+mod unusable;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::path::Path;
 
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
+use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
-use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::{Metadata, Zoom};
-use terrain_tiles::tile::Tile;
+
+use self::folder::Folder;
+pub use self::unusable::Unusable;
 
 /// What files a pack is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Format {
     /// `layer.json` and `z/x/y.terrain`: quantized-mesh with normals.
     QuantizedMesh,
     /// `tileset.json`, `z/x/y.json` and `z/x/y.glb`: the explicit tileset of 3D Tiles.
     ThreeDTiles,
+    /// The files of `QuantizedMesh` in one database, MBTiles.
+    QuantizedMeshDatabase,
+    /// The files of `ThreeDTiles` in one, a 3D Tiles archive.
+    ThreeDTilesArchive,
+    /// Meshes, heightmaps and worlds in a local frame, of the finest zoom alone.
+    Simulator(simulator::Options),
 }
 
 /// Which tiles go into a pack.
@@ -52,10 +65,10 @@ pub struct Report {
     pub bytes: u64,
 }
 
-/// Writes the `chosen` tiles of `archive` as the folder `output`, which must not be there yet, and is there when it is whole.
+/// Writes the `chosen` tiles of `archive` as the folder or file `output`, which must not be there yet, and is there when it is whole.
 ///
 /// # Errors
-/// Where the archive cannot be read, or the folder not be written.
+/// Where the archive cannot be read, or the output not be written; [`Unusable`] where the archive does not have what is asked for.
 pub fn write(
     archive: &Reader,
     format: Format,
@@ -69,20 +82,28 @@ pub fn write(
     let pack = Pack {
         archive,
         chosen,
-        folder: part.path().join("whole"),
-        files: AtomicUsize::new(0),
-        bytes: AtomicU64::new(0),
+        folder: Folder::new(part.path().join("whole")),
     };
-    match format {
-        Format::QuantizedMesh => pack.quantized_mesh()?,
-        Format::ThreeDTiles => pack.three_d_tiles()?,
-    }
-    fs::rename(&pack.folder, output).with_context(|| output.display().to_string())?;
-    Ok(Report {
-        tiles: chosen.len(),
-        files: pack.files.into_inner(),
-        bytes: pack.bytes.into_inner(),
-    })
+    let tiles = match format {
+        Format::QuantizedMesh | Format::QuantizedMeshDatabase => pack.quantized_mesh(),
+        Format::ThreeDTiles | Format::ThreeDTilesArchive => pack.three_d_tiles(),
+        Format::Simulator(options) => simulator::write(archive, chosen, options, &pack.folder),
+    }?;
+    let written = pack.folder.written();
+    let (folder, file) = (pack.folder.path(), part.path().join("file"));
+    let (whole, files, bytes) = match format {
+        Format::QuantizedMeshDatabase => {
+            mbtiles::write(folder, pack.with_roots().into_iter(), &pack.metadata(), &file)?;
+            (&*file, 1, fs::metadata(&file)?.len())
+        }
+        Format::ThreeDTilesArchive => {
+            three_tz::write(folder, written.keys().map(String::as_str), &file)?;
+            (&*file, 1, fs::metadata(&file)?.len())
+        }
+        _ => (folder, written.len(), written.values().map(|file| file.bytes).sum()),
+    };
+    fs::rename(whole, output).with_context(|| output.display().to_string())?;
+    Ok(Report { tiles, files, bytes })
 }
 
 impl Choice {
@@ -109,41 +130,53 @@ fn meets(address: TileAddress, [west, south, east, north]: [f64; 4]) -> bool {
 struct Pack<'a> {
     archive: &'a Reader,
     chosen: &'a BTreeSet<TileAddress>,
-    folder: PathBuf,
-    files: AtomicUsize,
-    bytes: AtomicU64,
+    folder: Folder,
 }
 
 impl Pack<'_> {
-    fn quantized_mesh(&self) -> anyhow::Result<()> {
+    /// The chosen tiles and both roots, from which clients start.
+    fn with_roots(&self) -> BTreeSet<TileAddress> {
+        let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
+        self.chosen.iter().copied().chain(roots).collect()
+    }
+
+    /// Gives how many tiles there are.
+    fn quantized_mesh(&self) -> anyhow::Result<usize> {
         let outside = &self.archive.metadata().outside;
         let extensions = Extensions {
             normals: true,
             measured_triangles: false,
         };
-        let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
-        let all: BTreeSet<TileAddress> = self.chosen.iter().copied().chain(roots).collect();
-        all.into_par_iter().try_for_each(|address| {
+        self.with_roots().into_par_iter().try_for_each(|address| {
             let mesh = if self.chosen.contains(&address) {
-                QuantizedMesh::from_tile(&self.tile(address)?, &self.tiles_around(address)?, outside)
+                QuantizedMesh::from_tile(
+                    &stored::tile(self.archive, address)?,
+                    &stored::tiles_around(self.archive, address)?,
+                    outside,
+                )
             } else {
                 QuantizedMesh::unmeasured(address, outside)
             };
-            self.write(
+            self.folder.write(
                 &format!("{address}.terrain"),
                 &quantized_mesh::encode(&mesh, extensions),
             )
         })?;
         let name = self.archive.metadata().source.files.join(", ");
         let layer = LayerJson::new(&name, &format!("{:032x}", self.archive.version()), &self.metadata());
-        self.write("layer.json", &serde_json::to_vec(&layer)?)
+        self.folder.write("layer.json", &serde_json::to_vec(&layer)?)?;
+        Ok(self.chosen.len())
     }
 
-    fn three_d_tiles(&self) -> anyhow::Result<()> {
+    /// Gives how many tiles there are.
+    fn three_d_tiles(&self) -> anyhow::Result<usize> {
         self.chosen.par_iter().try_for_each(|&address| {
-            let surface = TileSurface::measured(&self.tile(address)?, &self.tiles_around(address)?);
+            let surface = TileSurface::measured(
+                &stored::tile(self.archive, address)?,
+                &stored::tiles_around(self.archive, address)?,
+            );
             let file = three_d_tiles::file(&surface, Packing::Plain, self.archive.metadata());
-            self.write(
+            self.folder.write(
                 &format!("{address}.glb"),
                 &file.with_context(|| format!("tile {address} is empty"))?,
             )
@@ -153,50 +186,22 @@ impl Pack<'_> {
         let roots = self.chosen.iter().filter(is_root);
         roots
             .copied()
-            .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))
+            .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))?;
+        Ok(self.chosen.len())
     }
 
     fn write_document(&self, path: &str, root: Option<TileAddress>) -> anyhow::Result<()> {
         let describe = |address| self.describe(address);
         let document = three_d_tiles::document(root, None, self.archive.metadata(), &describe)?;
         let document = document.with_context(|| format!("{path} has no tile"))?;
-        self.write(path, document.to_string().as_bytes())
+        self.folder.write(path, document.to_string().as_bytes())
     }
 
     fn describe(&self, address: TileAddress) -> anyhow::Result<Option<Described>> {
         if !self.chosen.contains(&address) {
             return Ok(None);
         }
-        Ok(Some(Described::of_stored(&self.stored(address)?)?))
-    }
-
-    fn stored(&self, address: TileAddress) -> anyhow::Result<Vec<u8>> {
-        self.archive
-            .tile(address)?
-            .with_context(|| format!("tile {address} is not there"))
-    }
-
-    fn tile(&self, address: TileAddress) -> anyhow::Result<Tile> {
-        spt::decode(&self.stored(address)?, &LevelLimits::default()).with_context(|| format!("tile {address}"))
-    }
-
-    /// Those of the archive, whether they are chosen or not: a pack of a part has the same tiles as one of all.
-    fn tiles_around(&self, address: TileAddress) -> anyhow::Result<Vec<Tile>> {
-        let around = addresses_around(address).into_iter();
-        around
-            .filter(|&other| self.archive.checksum(other).is_some())
-            .map(|other| self.tile(other))
-            .collect()
-    }
-
-    fn write(&self, path: &str, bytes: &[u8]) -> anyhow::Result<()> {
-        let path = self.folder.join(path);
-        let folder = path.parent().unwrap_or(&self.folder);
-        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        fs::write(&path, bytes).with_context(|| path.display().to_string())?;
-        self.files.fetch_add(1, Ordering::Relaxed);
-        self.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
-        Ok(())
+        Ok(Some(Described::of_stored(&stored::bytes(self.archive, address)?)?))
     }
 
     /// What the archive says of itself, of the chosen tiles alone.

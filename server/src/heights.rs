@@ -8,17 +8,14 @@ use std::sync::Arc;
 
 use moka::sync::Cache;
 use serde::Serialize;
-use terrain_tiles::address::{MAX_ZOOM, Side, TileAddress};
-use terrain_tiles::ground::Ground;
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::ground::{Ground, beside, tile_at};
 use utoipa::ToSchema;
 
 use crate::tileset::{TileError, Tileset};
 
 /// Decoded surfaces kept in memory, bytes.
 const GROUND_BYTES: u64 = 256 << 20;
-
-/// Further than this part of its side no tile's triangles reach out of it, but for those of the two roots.
-const FARTHEST_REACH: f64 = 0.25;
 
 /// Degrees: where something is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +75,7 @@ impl Heights {
         let mut order: Vec<(TileAddress, usize)> = places
             .iter()
             .enumerate()
-            .map(|(i, &place)| (tile_at(zoom, place), i))
+            .map(|(i, &place)| (tile_at(zoom, place.longitude, place.latitude), i))
             .collect();
         order.sort_unstable();
         for run in order.chunk_by(|(one, _), (next, _)| one == next) {
@@ -103,10 +100,8 @@ impl Heights {
             return Ok(height);
         }
         // Of the neighbours' edges that are straight in space, some bulge into this square.
-        let up = (latitude - address.south()) / address.degrees();
-        for (side, distance) in [(Side::South, up), (Side::North, 1.0 - up)] {
-            if let Some(neighbour) = address.neighbour(side).filter(|_| distance < FARTHEST_REACH)
-                && let Some(ground) = self.ground(tileset, neighbour)?
+        for (neighbour, distance) in beside(address, latitude) {
+            if let Some(ground) = self.ground(tileset, neighbour)?
                 && distance <= ground.reach()
                 && let Some(height) = measured(&ground, place)
             {
@@ -142,16 +137,4 @@ fn measured(ground: &Ground, place: Place) -> Option<Height> {
         metres,
         error: ground.error(),
     })
-}
-
-/// The tile of `zoom` that a place of the Earth is in.
-pub(crate) fn tile_at(zoom: u8, place: Place) -> TileAddress {
-    let zoom = zoom.min(MAX_ZOOM);
-    let rows = f64::from(1_u32 << zoom);
-    let index = |degrees: f64, count: f64| (degrees * rows / 180.0).floor().clamp(0.0, count - 1.0) as u32;
-    TileAddress {
-        zoom,
-        x: index(place.longitude + 180.0, 2.0 * rows),
-        y: index(place.latitude + 90.0, rows),
-    }
 }

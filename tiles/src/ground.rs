@@ -8,8 +8,8 @@
 use glam::{DVec2, DVec3};
 use terrain_core::topology::compressed_rows::CompressedRows;
 
-use crate::address::TileAddress;
-use crate::ellipsoid::{Geodetic, normal, to_earth_centred};
+use crate::address::{MAX_ZOOM, Side, TileAddress};
+use crate::ellipsoid::{Geodetic, east_north_up, normal, to_earth_centred};
 use crate::tile::Tile;
 
 /// Cells of the grid hold so many triangles on average.
@@ -18,6 +18,17 @@ const TRIANGLES_PER_CELL: f64 = 2.0;
 const MOST_CELLS: usize = 1 << 10;
 /// By so much of a triangle a normal may pass beside it, for rounding.
 const SLACK: f64 = 1e-7;
+/// Further than this part of its side no tile's triangles reach out of it, but for those of the two roots.
+const FARTHEST_REACH: f64 = 0.25;
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Metres above what the tile's heights are above.
+    pub height: f64,
+    /// Unit normal: east, north, up.
+    pub normal: DVec3,
+}
 
 /// A tile's finest surface, ready to be asked for heights.
 pub struct Ground {
@@ -89,6 +100,23 @@ impl Ground {
     /// Metres above what the tile's heights are above, at degrees of longitude and latitude; none where no triangle is.
     #[must_use]
     pub fn height(&self, longitude: f64, latitude: f64) -> Option<f64> {
+        self.found(longitude, latitude).map(|(_, height)| height)
+    }
+
+    /// The height and the normal there.
+    #[must_use]
+    pub fn point(&self, longitude: f64, latitude: f64) -> Option<Point> {
+        let (triangle, height) = self.found(longitude, latitude)?;
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize]);
+        let local = east_north_up(longitude, latitude).transpose();
+        Some(Point {
+            height,
+            normal: (local * (b - a).cross(c - a)).normalize(),
+        })
+    }
+
+    /// The triangle at a place, and the height of it.
+    fn found(&self, longitude: f64, latitude: f64) -> Option<(u32, f64)> {
         let foot = Geodetic {
             longitude,
             latitude,
@@ -99,11 +127,11 @@ impl Ground {
         let hits = self
             .candidates(fraction(self.address, longitude, latitude))
             .iter()
-            .filter_map(|&triangle| self.hit(triangle, foot, up));
+            .filter_map(|&triangle| Some((triangle, self.hit(triangle, foot, up)?)));
         // Beside an edge two triangles may be hit, for rounding: the one that is hit further inside counts.
-        hits.max_by(|(one, _), (other, _)| one.total_cmp(other))
-            .filter(|(inside, _)| *inside >= -SLACK)
-            .map(|(_, height)| height)
+        hits.max_by(|(_, (one, _)), (_, (other, _))| one.total_cmp(other))
+            .filter(|(_, (inside, _))| *inside >= -SLACK)
+            .map(|(triangle, (_, height))| (triangle, height))
     }
 
     /// Triangles that may be over a place of the tile, or just beside it.
@@ -130,6 +158,28 @@ impl Ground {
         let inside = second.min(third).min(1.0 - second - third);
         Some((inside, ac.dot(cross) / volume))
     }
+}
+
+/// The tile of `zoom` that a place of the Earth is in, degrees.
+#[must_use]
+pub fn tile_at(zoom: u8, longitude: f64, latitude: f64) -> TileAddress {
+    let zoom = zoom.min(MAX_ZOOM);
+    let rows = f64::from(1_u32 << zoom);
+    let index = |degrees: f64, count: f64| (degrees * rows / 180.0).floor().clamp(0.0, count - 1.0) as u32;
+    TileAddress {
+        zoom,
+        x: index(longitude + 180.0, 2.0 * rows),
+        y: index(latitude + 90.0, rows),
+    }
+}
+
+/// Neighbours of a tile that may reach to a latitude inside it, since edges that are straight in space bulge in plan; and how far they
+/// have to, in parts of a side.
+pub fn beside(address: TileAddress, latitude: f64) -> impl Iterator<Item = (TileAddress, f64)> {
+    let up = (latitude - address.south()) / address.degrees();
+    let near = [(Side::South, up), (Side::North, 1.0 - up)].into_iter();
+    near.filter(|(_, distance)| *distance < FARTHEST_REACH)
+        .filter_map(move |(side, distance)| Some((address.neighbour(side)?, distance)))
 }
 
 /// 0 to 1 from the tile's west side to its east side, and from south to north.

@@ -78,6 +78,24 @@ pub(super) fn bounds(text: &str) -> Result<[f64; 4], String> {
         .ok_or_else(|| "needs four numbers: WEST,SOUTH,EAST,NORTH".to_owned())
 }
 
+pub(super) fn place(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [longitude, latitude] if longitude.abs() <= 360.0 && latitude.abs() <= 90.0 => Ok([longitude, latitude]),
+        _ => Err("needs two numbers of degrees: LON,LAT".to_owned()),
+    }
+}
+
+/// Posts along a side of a heightmap.
+pub(super) fn posts(text: &str) -> Result<u32, String> {
+    let count: u32 = text.parse().map_err(|_| "not a whole number".to_owned())?;
+    if (3..=8193).contains(&count) && (count - 1).is_power_of_two() {
+        Ok(count)
+    } else {
+        Err("must be a power of two and one, from 3 to 8193".to_owned())
+    }
+}
+
 /// Bytes, from a number with K, M, G or T behind it.
 pub(super) fn size(text: &str) -> Result<u64, String> {
     let (number, unit) = text.split_at(text.trim_end_matches(|unit: char| unit.is_ascii_alphabetic()).len());

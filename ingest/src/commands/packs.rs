@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::anyhow;
 use serde::Serialize;
-use terrain_ingest::pack::{self, Choice, Report};
+use terrain_ingest::pack::{self, Choice, Report, Unusable};
 use terrain_tiles::archive::Reader;
 
 use super::shared::{prepare, print_finished};
@@ -33,7 +33,13 @@ pub(super) fn write_pack(arguments: &PackArgs) -> Result<(), Failure> {
             arguments.archive.display()
         )));
     }
-    let report = pack::write(&archive, arguments.format.into(), &chosen, &arguments.output).map_err(Failure::Other)?;
+    let report = pack::write(&archive, arguments.format(), &chosen, &arguments.output).map_err(|error| {
+        if error.is::<Unusable>() {
+            Failure::Input(error)
+        } else {
+            Failure::Other(error)
+        }
+    })?;
     print_finished(Written(report), &arguments.output, started, arguments.run.json)
 }
 

@@ -268,6 +268,48 @@ pub fn write(out: &mut impl Write, mesh: &DrawnMesh, note: &str) -> io::Result<(
     write_chunks(out, json.to_string().into_bytes(), binary)
 }
 
+/// Writes a GLB file of triangles to collide with: no normals. `positions` are east, north and up of `offset`; in the file, as the
+/// format wants it, y is up and z is south.
+///
+/// # Errors
+/// What `out` says, or where there are no triangles or more than 4 GiB of them.
+pub fn write_for_collisions(
+    out: &mut impl Write,
+    offset: DVec3,
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+) -> io::Result<()> {
+    let turned: Vec<Vec3> = positions.iter().map(|at| Vec3::new(at.x, at.z, -at.y)).collect();
+    let corners = turned.iter().map(|&at| (at, at));
+    let (low, high) = corners
+        .reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+        .ok_or_else(|| io::Error::other("there is nothing to collide with"))?;
+    let numbers = turned.iter().flat_map(|at| at.to_array()).flat_map(f32::to_le_bytes);
+    let corners = triangles.as_flattened().iter().flat_map(|corner| corner.to_le_bytes());
+    let binary: Vec<u8> = numbers.chain(corners).collect();
+    let of_vertices = 12 * positions.len();
+    let json = json!({
+        "asset": { "version": "2.0", "generator": "terrain-ingest" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0, "translation": [offset.x, offset.z, -offset.y] }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
+        "buffers": [{ "byteLength": binary.len() }],
+        "bufferViews": [
+            { "buffer": 0, "byteLength": of_vertices, "target": 34962 },
+            { "buffer": 0, "byteOffset": of_vertices, "byteLength": 12 * triangles.len(), "target": 34963 },
+        ],
+        "accessors": [
+            {
+                "bufferView": 0, "componentType": 5126, "count": positions.len(), "type": "VEC3",
+                "min": low.to_array(), "max": high.to_array(),
+            },
+            { "bufferView": 1, "componentType": 5125, "count": 3 * triangles.len(), "type": "SCALAR" },
+        ],
+    });
+    write_chunks(out, json.to_string().into_bytes(), binary)
+}
+
 /// The two chunks of a GLB file, each of whole words.
 pub(super) fn write_chunks(out: &mut impl Write, mut json: Vec<u8>, binary: Vec<u8>) -> io::Result<()> {
     json.resize(json.len().next_multiple_of(4), b' ');

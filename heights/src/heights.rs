@@ -1,0 +1,134 @@
+//! An archive that is asked for heights.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use quick_cache::Weighter;
+use quick_cache::sync::Cache;
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::archive::{ArchiveError, Reader};
+use terrain_tiles::formats::{DecodeError, LevelLimits, spt};
+use terrain_tiles::ground::{Ground, Point, beside, tile_at};
+
+/// Surfaces are as large as this on average, bytes: the cache makes room for its own books by it.
+const USUAL_BYTES: u64 = 500_000;
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum HeightsError {
+    /// The archive cannot be read.
+    #[error(transparent)]
+    Archive(#[from] ArchiveError),
+    /// A tile is damaged.
+    #[error("tile {0}: {1}")]
+    Tile(TileAddress, DecodeError),
+}
+
+/// What there is at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// The surface, and how far the source may be from it there along the vertical, certified, metres.
+    Measured(Point, f64),
+    /// Within the archive's bounds, but its source has no samples there.
+    Void,
+    /// Out of the archive's bounds.
+    Outside,
+}
+
+/// An open archive, with decoded surfaces of a bounded size. Whatever is asked first, and by however many threads, answers are the
+/// same.
+pub struct Heights {
+    archive: Reader,
+    grounds: Cache<TileAddress, Option<Arc<Ground>>, Bytes>,
+}
+
+#[derive(Clone)]
+struct Bytes;
+
+impl Weighter<TileAddress, Option<Arc<Ground>>> for Bytes {
+    fn weight(&self, _: &TileAddress, ground: &Option<Arc<Ground>>) -> u64 {
+        1 + ground.as_ref().map_or(0, |ground| ground.size() as u64)
+    }
+}
+
+impl Heights {
+    /// Opens the archive at `path`; decoded surfaces take `cache_bytes` at most, besides those that are being asked.
+    ///
+    /// # Errors
+    /// Where the archive cannot be read.
+    pub fn open(path: &Path, cache_bytes: u64) -> Result<Self, HeightsError> {
+        let items = (cache_bytes / USUAL_BYTES).max(16) as usize;
+        Ok(Self {
+            archive: Reader::open(path)?,
+            grounds: Cache::with_weighter(items, cache_bytes, Bytes),
+        })
+    }
+
+    /// The archive's finest zoom.
+    #[must_use]
+    pub fn finest_zoom(&self) -> u8 {
+        self.archive.metadata().max_zoom
+    }
+
+    /// What heights are above.
+    #[must_use]
+    pub fn above(&self) -> &str {
+        self.archive.metadata().source.tiles_above()
+    }
+
+    /// What is at degrees of longitude and latitude, on the surface of `zoom`, or of the finest if that has no such zoom. Blocks
+    /// while it reads and decodes a tile that nobody asked before, and allocates nothing otherwise.
+    ///
+    /// # Errors
+    /// Where the tile cannot be read.
+    pub fn at(&self, longitude: f64, latitude: f64, zoom: u8) -> Result<Place, HeightsError> {
+        if !(longitude.is_finite() && (-90.0..=90.0).contains(&latitude)) {
+            return Ok(Place::Outside);
+        }
+        let longitude = (longitude + 180.0).rem_euclid(360.0) - 180.0;
+        let address = tile_at(zoom.min(self.finest_zoom()), longitude, latitude);
+        if let Some(place) = self.measured(address, longitude, latitude)? {
+            return Ok(place);
+        }
+        // Of the neighbours' edges that are straight in space, some bulge into this square.
+        for (neighbour, distance) in beside(address, latitude) {
+            let ground = self.ground(neighbour)?;
+            if ground.is_some_and(|ground| distance <= ground.reach())
+                && let Some(place) = self.measured(neighbour, longitude, latitude)?
+            {
+                return Ok(place);
+            }
+        }
+        Ok(if self.covers(longitude, latitude) {
+            Place::Void
+        } else {
+            Place::Outside
+        })
+    }
+
+    fn measured(&self, address: TileAddress, longitude: f64, latitude: f64) -> Result<Option<Place>, HeightsError> {
+        let ground = self.ground(address)?;
+        let point = ground.as_ref().and_then(|ground| ground.point(longitude, latitude));
+        Ok(point
+            .zip(ground)
+            .map(|(point, ground)| Place::Measured(point, ground.error())))
+    }
+
+    fn ground(&self, address: TileAddress) -> Result<Option<Arc<Ground>>, HeightsError> {
+        self.grounds.get_or_insert_with(&address, || {
+            let Some(bytes) = self.archive.tile(address)? else {
+                return Ok(None);
+            };
+            let tile = spt::decode(&bytes, &LevelLimits::default());
+            let tile = tile.map_err(|error| HeightsError::Tile(address, error))?;
+            Ok(Some(Arc::new(Ground::of(&tile))))
+        })
+    }
+
+    fn covers(&self, longitude: f64, latitude: f64) -> bool {
+        let [west, south, east, north] = self.archive.metadata().bounds;
+        // East exceeds 180° where data cross the antimeridian.
+        let is_across = [longitude, longitude + 360.0].iter().any(|x| (west..=east).contains(x));
+        is_across && (south..=north).contains(&latitude)
+    }
+}

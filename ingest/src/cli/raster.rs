@@ -1,0 +1,150 @@
+//! How rasters are read.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use terrain_tiles::metadata::{HeightsAbove, RasterReader};
+
+use super::values::{Values, bounds, not_negative, number, pixel_size, positive, unit, values};
+
+/// For rasters that do not say where they are, or wrongly.
+#[derive(Args)]
+pub(crate) struct RasterArgs {
+    /// Coordinate reference system to use instead of the raster's own: EPSG:2056, WKT or a PROJ string.
+    #[arg(long, value_name = "CRS")]
+    pub(crate) crs: Option<String>,
+    /// Outer edges of the raster's pixels, in units of the CRS, to use instead of the raster's own position.
+    #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
+    pub(crate) bounds: Option<[f64; 4]>,
+    /// What the rasters' heights are above, instead of what they say: egm96, egm2008, egm84, navd88, ellipsoid or an EPSG code. If
+    /// not given: their coordinate reference system, their tags, or the product that their names tell.
+    #[arg(long, value_name = "DATUM")]
+    pub(crate) vertical: Option<String>,
+    /// Grid of the geoid's height above the ellipsoid: a file GTX, GeoTIFF or PGM (GeographicLib). If not given, the one that PROJ
+    /// keeps for the datum.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) geoid: Option<PathBuf>,
+    /// Unit of the rasters' heights, instead of what they say: metre, decimetre, centimetre, foot, us-foot, or so many metres.
+    #[arg(long, value_name = "UNIT", value_parser = unit, allow_negative_numbers = true)]
+    pub(crate) unit: Option<f64>,
+    /// Value, or values with commas between them, that stand for voids, as they are stored in the rasters, besides those that these
+    /// declare; `none` if there are none. If not given, usual ones as -32768 or -9999 are voids where they are far from all other
+    /// values, and a note says so.
+    #[arg(long, value_name = "VALUE", value_parser = values, allow_negative_numbers = true, allow_hyphen_values = true)]
+    pub(crate) nodata: Option<Values>,
+    /// Heights in metres of the least and the greatest value that a height map can store: 0 and 65535 for 16 bits, 0 and 1 for
+    /// numbers with a fraction.
+    #[arg(long, value_names = ["MIN", "MAX"], num_args = 2, value_parser = number, allow_negative_numbers = true)]
+    pub(crate) height_range: Option<Vec<f64>>,
+    /// Which byte comes first in raw height maps (.r16, .raw: 16 bits a sample, as many rows as columns).
+    #[arg(long, value_enum, default_value = "little")]
+    pub(crate) byte_order: ByteOrder,
+    /// Which reader to use, whatever the file's name: GDAL; tiff and exr without GDAL, which look at no other file.
+    #[arg(long, value_enum)]
+    pub(crate) reader: Option<ReaderName>,
+    /// Read virtual rasters (.vrt), and every file and address that they name.
+    #[arg(long)]
+    pub(crate) allow_vrt: bool,
+    /// Raster below and around all others, where these have no height; several are asked in their order.
+    #[arg(long, value_name = "DEM", num_args = 1..)]
+    pub(crate) underlay: Vec<PathBuf>,
+    /// How far underlays reach beyond the other rasters; if not given, by half of their width and height on each side.
+    #[arg(long, value_name = "METRES", requires = "underlay", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) around: Option<f64>,
+    /// How far from a joint a raster is bent to meet one that counts before it where both differ, 0 for not at all; if not given,
+    /// five of its cells, or a hundred of the finest raster's if that is less.
+    #[arg(long, value_name = "METRES", value_parser = not_negative, allow_negative_numbers = true)]
+    pub(crate) blend: Option<f64>,
+    /// Which raster counts where several have a height.
+    #[arg(long, value_enum, default_value = "resolution")]
+    pub(crate) priority: Priority,
+    /// What becomes of voids that no raster has a height for.
+    #[arg(long, value_enum, default_value = "hole")]
+    pub(crate) voids: VoidPolicy,
+    /// The widest void that --voids fill fills; if not given, forty cells.
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) fill_width: Option<f64>,
+    /// Polygons (GeoJSON, Shapefile, FlatGeobuf) within which the surface is level, at the median of the samples inside: lakes, runways.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) water: Option<PathBuf>,
+    /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
+    /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
+    /// says.
+    #[arg(long, value_enum)]
+    pub(crate) heights: Option<Heights>,
+}
+
+/// For ground that is nowhere on the Earth.
+#[derive(Args)]
+pub(crate) struct LocalArgs {
+    /// Metres from sample to sample, one number or X,Y, of a raster that is nowhere on the Earth, such as a height map of a game: x
+    /// and y are then metres from its last row's first sample.
+    #[arg(long, value_name = "METRES", value_parser = pixel_size, conflicts_with_all = ["crs", "bounds", "vertical", "geoid", "heights"])]
+    pub(crate) pixel_size: Option<[f64; 2]>,
+}
+
+/// Which byte of a number comes first.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ByteOrder {
+    /// The least significant one.
+    Little,
+    /// The most significant one.
+    Big,
+}
+
+/// Who reads rasters.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ReaderName {
+    /// The library GDAL: most formats.
+    Gdal,
+    /// GeoTIFF alone.
+    Tiff,
+    /// OpenEXR alone.
+    Exr,
+}
+
+impl From<ReaderName> for RasterReader {
+    fn from(name: ReaderName) -> Self {
+        match name {
+            ReaderName::Gdal => Self::Gdal,
+            ReaderName::Tiff => Self::Tiff,
+            ReaderName::Exr => Self::Exr,
+        }
+    }
+}
+
+/// Which raster counts.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Priority {
+    /// The one with the finest cells, of equally fine ones the first.
+    Resolution,
+    /// The first.
+    Order,
+}
+
+/// What becomes of voids.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum VoidPolicy {
+    /// They stay holes.
+    Hole,
+    /// They are filled, smoothly from their rims; outer rims stay where they are.
+    Fill,
+}
+
+/// What heights are above.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Heights {
+    /// The WGS 84 ellipsoid.
+    Ellipsoid,
+    /// What those of the rasters are above.
+    Source,
+}
+
+impl From<Heights> for HeightsAbove {
+    fn from(heights: Heights) -> Self {
+        match heights {
+            Heights::Ellipsoid => Self::Ellipsoid,
+            Heights::Source => Self::Source,
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! A pack for simulators: the surface of one zoom in a local frame, as meshes and as heightmaps, with worlds that put them in place
+//! and a manifest that says how far each is from the source.
+//!
+//! ```text
+//! tiles of a zoom ─▶ in the frame ─┬─▶ meshes: GLB, OBJ, USD                          one tile at a time
+//!                                  └─▶ posts ─▶ heightmaps: PNG, R16, TIFF, EXR, MuJoCo  one heightmap at a time
+//! what is known of each ─▶ worlds: SDFormat, MJCF, USD; manifest.json
+//! ```
+
+mod frame;
+mod grid;
+mod heightmaps;
+mod images;
+mod manifest;
+mod piece;
+mod pieces;
+mod posts;
+mod usd;
+mod worlds;
+
+use std::collections::BTreeSet;
+
+use glam::DVec2;
+use terrain_tiles::address::TileAddress;
+use terrain_tiles::archive::Reader;
+use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
+use terrain_tiles::metadata::Metadata;
+
+use self::frame::Frame;
+use self::grid::Grid;
+use self::manifest::Manifest;
+use self::pieces::Pieces;
+use super::folder::Folder;
+use super::unusable::Unusable;
+
+/// What a pack for simulators is to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// West, south, east, north in degrees that heightmaps are to fill; all that the archive has if not given.
+    pub bbox: Option<[f64; 4]>,
+    /// Longitude and latitude of the frame's origin; the middle if not given.
+    pub origin: Option<[f64; 2]>,
+    /// Posts along a side of a heightmap.
+    pub size: Option<u32>,
+    /// Metres from post to post, at most; about those of the source if not given.
+    pub spacing: Option<f64>,
+}
+
+/// Writes the tiles of the finest zoom of `chosen`. Gives how many they are.
+pub(super) fn write(
+    archive: &Reader,
+    chosen: &BTreeSet<TileAddress>,
+    options: Options,
+    folder: &Folder,
+) -> anyhow::Result<usize> {
+    let metadata = archive.metadata();
+    let zoom = chosen.iter().map(|address| address.zoom).max().unwrap_or(0);
+    let tiles: Vec<TileAddress> = chosen.iter().copied().filter(|address| address.zoom == zoom).collect();
+    let area = area(metadata, options.bbox)?;
+    let middle = DVec2::new(area[0].midpoint(area[2]), area[1].midpoint(area[3]));
+    let origin = options.origin.map_or(middle, DVec2::from_array);
+    let frame = Frame::new(origin, &tiles, metadata.heights)?;
+    let outline_error = metadata
+        .zooms
+        .get(usize::from(zoom))
+        .map_or(0.0, |zoom| zoom.outline_error);
+    let rectangle = grid::inside(&frame, area, metadata.heights, outline_error + frame.step)?;
+    let spacing = options.spacing.unwrap_or_else(|| source_spacing(metadata, zoom));
+    let grid = Grid::new(rectangle, spacing, options.size)?;
+    let pieces = Pieces::write(archive, &tiles, &frame, folder)?;
+    let heightmaps = heightmaps::write(folder, &pieces, grid)?;
+    folder.stream("meshes.sdf", |out| {
+        Ok(worlds::write_sdf_of_meshes(out, &frame, &pieces.records)?)
+    })?;
+    folder.stream("heightmaps.sdf", |out| {
+        Ok(worlds::write_sdf_of_heightmaps(out, &frame, &heightmaps)?)
+    })?;
+    folder.stream("mujoco.xml", |out| Ok(worlds::write_mjcf(out, &heightmaps)?))?;
+    let paths = || pieces.records.iter().map(|record| &*record.path);
+    folder.stream("terrain.usda", |out| Ok(usd::write_stage(out, paths())?))?;
+    let files = folder.written();
+    let manifest = Manifest::new(metadata, archive.version(), &frame, &pieces, &heightmaps, files);
+    folder.write("manifest.json", &serde_json::to_vec_pretty(&manifest)?)?;
+    Ok(tiles.len())
+}
+
+/// West, south, east, north of what is both in the archive and in a box.
+fn area(metadata: &Metadata, bbox: Option<[f64; 4]>) -> Result<[f64; 4], Unusable> {
+    let whole = metadata.bounds;
+    let turns = [0.0, 360.0, -360.0].into_iter();
+    let common = |turn: f64| {
+        let [west, south, east, north] = bbox.unwrap_or(whole);
+        let low = DVec2::new(west + turn, south).max(DVec2::new(whole[0], whole[1]));
+        let high = DVec2::new(east + turn, north).min(DVec2::new(whole[2], whole[3]));
+        low.cmplt(high).all().then_some([low.x, low.y, high.x, high.y])
+    };
+    let found = turns.filter_map(common).next();
+    found.ok_or_else(|| Unusable("the archive has nothing in that box".to_owned()))
+}
+
+/// Metres from sample to sample of the source, doubled for each zoom above the leaves.
+fn source_spacing(metadata: &Metadata, zoom: u8) -> f64 {
+    let [west, south, east, north] = metadata.bounds;
+    let [columns, rows] = metadata.source.samples.map(|count| count.max(2) as f64 - 1.0);
+    let across = (east - west) / columns * south.midpoint(north).to_radians().cos();
+    let up = (north - south) / rows;
+    let zooms_above = i32::from(metadata.max_zoom.saturating_sub(zoom));
+    across.min(up) * METRES_IN_A_DEGREE * 2_f64.powi(zooms_above)
+}
