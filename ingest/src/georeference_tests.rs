@@ -103,7 +103,8 @@ fn where_proj_would_change_the_shift_from_point_to_point_places_are_continuous()
         let georeference = GeoReference::new(&crs("EPSG:4267"), to_crs, 20, 20).unwrap();
         let place = |column: usize| georeference.geographic(DVec2::new(column as f64, 7.0));
         let steps = (1..20).map(|column| place(column).x - place(column - 1).x);
-        assert!(steps.into_iter().all(|step| (step - 0.05).abs() < 1e-7), "{first:?}");
+        // A datum shift changes by a tenth of a metre over such a step, from one shift to another by metres.
+        assert!(steps.into_iter().all(|step| (step - 0.05).abs() < 5e-6), "{first:?}");
     }
 }
 
