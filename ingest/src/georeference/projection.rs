@@ -120,5 +120,5 @@ fn convert(proj: &Proj, point: DVec2) -> Result<DVec2, String> {
 pub(super) fn area(points: &[DVec2]) -> Option<[f64; 4]> {
     let low = points.iter().copied().reduce(DVec2::min)?;
     let high = points.iter().copied().reduce(DVec2::max)?;
-    (high.x - low.x < 180.0).then(|| [low.x, low.y, high.x, high.y])
+    (high.x - low.x < 180.0).then_some([low.x, low.y, high.x, high.y])
 }
