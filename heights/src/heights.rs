@@ -99,7 +99,7 @@ impl Heights {
                 return Ok(place);
             }
         }
-        Ok(if self.covers(longitude, latitude) {
+        Ok(if self.archive.metadata().covers(longitude, latitude) {
             Place::Void
         } else {
             Place::Outside
@@ -123,12 +123,5 @@ impl Heights {
             let tile = tile.map_err(|error| HeightsError::Tile(address, error))?;
             Ok(Some(Arc::new(Ground::of(&tile))))
         })
-    }
-
-    fn covers(&self, longitude: f64, latitude: f64) -> bool {
-        let [west, south, east, north] = self.archive.metadata().bounds;
-        // East exceeds 180° where data cross the antimeridian.
-        let is_across = [longitude, longitude + 360.0].iter().any(|x| (west..=east).contains(x));
-        is_across && (south..=north).contains(&latitude)
     }
 }

@@ -108,7 +108,7 @@ impl Heights {
                 return Ok(height);
             }
         }
-        let status = if tileset.covers(longitude, latitude) {
+        let status = if tileset.metadata().covers(longitude, latitude) {
             Status::Void
         } else {
             Status::Outside

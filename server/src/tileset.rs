@@ -69,14 +69,6 @@ impl Tileset {
         self.archive.metadata()
     }
 
-    /// Whether a place, in degrees, is within the bounds of the archive's data.
-    pub(crate) fn covers(&self, longitude: f64, latitude: f64) -> bool {
-        let [west, south, east, north] = self.metadata().bounds;
-        // East exceeds 180° where data cross the antimeridian.
-        let is_across = [longitude, longitude + 360.0].iter().any(|x| (west..=east).contains(x));
-        is_across && (south..=north).contains(&latitude)
-    }
-
     /// Whether a client that asks with `query` names this version: what it gets then never changes.
     pub(crate) fn is_named_in(&self, query: &str) -> bool {
         query

@@ -45,6 +45,17 @@ pub struct Metadata {
     pub zooms: Vec<Zoom>,
 }
 
+impl Metadata {
+    /// Whether a place, in degrees, is within the bounds of the data.
+    #[must_use]
+    pub fn covers(&self, longitude: f64, latitude: f64) -> bool {
+        let [west, south, east, north] = self.bounds;
+        // East exceeds 180° where data cross the antimeridian.
+        let is_across = [longitude, longitude + 360.0].iter().any(|x| (west..=east).contains(x));
+        is_across && (south..=north).contains(&latitude)
+    }
+}
+
 /// What was asked for when an archive was made.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
