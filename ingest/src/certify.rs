@@ -319,6 +319,14 @@ fn ordered(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
+/// Height of a point above the nearest one of an edge, as seen from above.
+fn above_edge(point: DVec3, up: DVec3, [p, q]: [DVec3; 2]) -> f64 {
+    let level = |way: DVec3| way - up * up.dot(way);
+    let along = level(q - p);
+    let share = level(point - p).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+    up.dot(point - p.lerp(q, share.clamp(0.0, 1.0)))
+}
+
 /// A triangle in space.
 struct Plane<'a> {
     certifier: &'a Certifier<'a>,
@@ -371,8 +379,21 @@ impl Plane<'_> {
                 return;
             }
             let (difference, up, point) = self.difference(at, height);
-            let covers = |&(p, q, least): &(DVec3, DVec3, f64)| up.dot((p - point).cross(q - point)) >= least;
-            if difference.abs() > worst.get() && sides.iter().all(covers) {
+            if difference.abs() <= worst.get() {
+                return;
+            }
+            let mut difference = difference;
+            for &(p, q, least) in &sides {
+                let beyond = up.dot((p - point).cross(q - point));
+                if beyond < least {
+                    return;
+                }
+                // A plane may be so steep that it says nothing of what is beside the triangle, however near.
+                if beyond < 0.0 {
+                    difference = above_edge(point, up, [p, q]);
+                }
+            }
+            if difference.abs() > worst.get() {
                 worst.set(difference.abs());
             }
         });

@@ -12,7 +12,7 @@ use clap::{Args, Parser, Subcommand};
 use terrain_ingest::pyramid::Job;
 
 pub(crate) use self::pack::PackArgs;
-pub(crate) use self::raster::{ByteOrder, LocalArgs, Priority, RasterArgs, VoidPolicy};
+pub(crate) use self::raster::{ByteOrder, Priority, RasterArgs, VoidPolicy};
 pub(crate) use self::run::RunArgs;
 pub(crate) use self::tiles::{Bound, Quality, SurfaceArgs, TileArgs};
 pub(crate) use self::values::Values;
@@ -24,6 +24,7 @@ Examples:
   terrain-ingest N49W124.hgt.zip N49W123.hgt.zip -o vancouver.pmtiles --max-error 5
   terrain-ingest height.exr --crs EPSG:2056 --bounds 2600000,1190000,2610000,1200000
   terrain-ingest old.tif --nodata -9999 --unit foot
+  terrain-ingest island.png --pixel-size 2 --height-range 0 1024       a game's ground, shown around 0° N, 0° E
   terrain-ingest tin dem.tif --max-error 10 -o dem.ply
   terrain-ingest tin map.r16 --pixel-size 2 --height-range 0 1024 --max-error 0.5 -o map.obj
   terrain-ingest tin dem.tif --max-error 10 --quality best --bound samples -o dem.obj
@@ -237,8 +238,6 @@ pub(crate) struct TinArgs {
     #[command(flatten)]
     pub(crate) surface: SurfaceArgs,
     #[command(flatten)]
-    pub(crate) local: LocalArgs,
-    #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -342,8 +341,6 @@ pub(crate) struct VerifyArgs {
     /// Where such a mesh's error is bounded.
     #[arg(long, value_enum, default_value = "surface")]
     pub(crate) bound: Bound,
-    #[command(flatten)]
-    pub(crate) local: LocalArgs,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]

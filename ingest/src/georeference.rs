@@ -119,12 +119,6 @@ impl GeoReference {
         Ok(georeference)
     }
 
-    /// The samples of ground that is nowhere on the Earth: [`Self::geographic`] means nothing for them.
-    pub(crate) fn local(columns: usize, rows: usize, to_crs: DAffine2, origin: [i64; 2]) -> Self {
-        let origin = DVec2::new(origin[0] as f64, origin[1] as f64);
-        Self::affine_to_geographic("local metres", to_crs, origin, columns, rows)
-    }
-
     fn affine_to_geographic(crs_name: &str, to_crs: DAffine2, origin: DVec2, columns: usize, rows: usize) -> Self {
         let west = corners(columns, rows)
             .map(|corner| to_crs.transform_point2(corner + origin).x)

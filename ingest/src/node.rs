@@ -67,7 +67,7 @@ impl Build<'_> {
     /// Makes a tile, still without a name, of its finest mesh; `tolerance` is the zoom's error in metres.
     ///
     /// # Errors
-    /// When a side's vertex cannot be collapsed.
+    /// When a mesh is not what [`Build::collapse_sides`] says of all: a mistake of the program's, not of the rasters'.
     pub(crate) fn node(
         &self,
         square: Square,
@@ -125,6 +125,12 @@ impl Build<'_> {
         }
     }
 
+    /// Collapses what the parent's sides leave out, one band a side.
+    ///
+    /// No such collapse is impossible. Where the outline meets a side, a run ends, and ends stay; fans that touch in a vertex were
+    /// separated; and nothing lies in the strip. So all around a vertex between a run's ends is on two parallel lines, the side and the
+    /// inner line, in order: seen from its neighbour on the side, the same triangles are upright, too, and the two have no common
+    /// neighbour but the one across from their edge.
     fn collapse_sides(
         &self,
         simplifier: &mut Simplifier,

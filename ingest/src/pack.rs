@@ -142,13 +142,14 @@ impl Pack<'_> {
 
     /// Gives how many tiles there are.
     fn quantized_mesh(&self) -> anyhow::Result<usize> {
-        let outside = &self.archive.metadata().outside;
+        let Metadata { outside, water, .. } = self.archive.metadata();
         let extensions = Extensions {
             normals: true,
+            water_mask: true,
             measured_triangles: false,
         };
         self.with_roots().into_par_iter().try_for_each(|address| {
-            let mesh = if self.chosen.contains(&address) {
+            let mut mesh = if self.chosen.contains(&address) {
                 QuantizedMesh::from_tile(
                     &stored::tile(self.archive, address)?,
                     &stored::tiles_around(self.archive, address)?,
@@ -157,6 +158,7 @@ impl Pack<'_> {
             } else {
                 QuantizedMesh::unmeasured(address, outside)
             };
+            mesh.water_mask = (!water.is_empty()).then(|| water.mask(address));
             self.folder.write(
                 &format!("{address}.terrain"),
                 &quantized_mesh::encode(&mesh, extensions),

@@ -315,6 +315,7 @@ impl<'a> Build<'a> {
             generator: concat!("terrain-ingest ", env!("CARGO_PKG_VERSION")).into(),
             zooms: summary.zooms(),
             outside,
+            water: provenance.water,
         }
     }
 }

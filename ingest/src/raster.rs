@@ -32,6 +32,7 @@ use std::time::UNIX_EPOCH;
 use glam::DVec2;
 use rayon::prelude::*;
 use terrain_tiles::metadata::Reading;
+use terrain_tiles::water::Water;
 
 pub use drivers::is_raster;
 pub use error::ReadError;
@@ -62,6 +63,8 @@ const MOST_BLEND: f64 = 100.0;
 const FILL: f64 = 40.0;
 /// How many times longer than wide cells may be where distances are told.
 const MOST_OBLONG: f64 = 4.0;
+/// Vertices of polygons of water that an archive may keep.
+const MOST_WATER: usize = 1 << 17;
 /// Samples that are read for each one of a file from which on the person is told.
 const MANY: f64 = 100.0;
 
@@ -121,15 +124,23 @@ impl Rasters {
             progress: options.progress.clone(),
             overrides: options.overrides.clone(),
         };
-        if let Some(path) = &reading.water {
-            rasters.lakes = rasters.levelled(Path::new(path))?;
+        for (path, is_water) in [(&reading.water, true), (&reading.flatten, false)] {
+            if let Some(path) = path {
+                let lakes = rasters.levelled(Path::new(path), is_water)?;
+                rasters.lakes.extend(lakes);
+            }
         }
         Ok(rasters)
     }
 
     /// The polygons of a file, each at the level of the samples inside.
-    fn levelled(&self, path: &Path) -> Result<Vec<Lake>, ReadError> {
-        let mut lakes = water::lakes(path, &self.files[self.mosaic.lattice].layout().crs, self.mosaic.to_crs)?;
+    fn levelled(&self, path: &Path, is_water: bool) -> Result<Vec<Lake>, ReadError> {
+        let mut lakes = water::lakes(
+            path,
+            is_water,
+            &self.files[self.mosaic.lattice].layout().crs,
+            self.mosaic.to_crs,
+        )?;
         let whole = self.on_lattice(&self.size().map(|size| 0..size as i64));
         for lake in &mut lakes {
             lake.level = water::level(lake, [&whole[0], &whole[1]], |on_lattice| {
@@ -147,7 +158,28 @@ impl Rasters {
             lakes.len()
         ));
         lakes.retain(|lake| lake.level.is_some());
+        let vertices = lakes
+            .iter()
+            .flat_map(|lake| &lake.on_earth)
+            .map(Vec::len)
+            .sum::<usize>();
+        if vertices > MOST_WATER {
+            self.progress.note(&format!(
+                "{}: no water masks are made, since there would be {vertices} vertices of polygons in the archive, and {MOST_WATER} are the \
+                 limit; fewer vertices are as good",
+                path.display()
+            ));
+            lakes.iter_mut().for_each(|lake| lake.on_earth.clear());
+        }
         Ok(lakes)
+    }
+
+    /// Where the lakes are on the Earth.
+    fn water(&self) -> Water {
+        let rings = self.lakes.iter().map(|lake| &lake.on_earth);
+        Water {
+            polygons: rings.filter(|rings| !rings.is_empty()).cloned().collect(),
+        }
     }
 
     /// Columns and rows, counted from the mosaic's first sample, on the lattice.
@@ -359,6 +391,7 @@ impl Raster for Rasters {
             heights_above: self.of_heights(HeightReference::heights_above),
             geoid: Some(self.of_heights(|heights| heights.geoid().unwrap_or_default().to_owned()))
                 .filter(|names| !names.is_empty()),
+            water: self.water(),
             overrides: self.overrides.clone(),
         }
     }
@@ -374,9 +407,16 @@ impl Raster for Rasters {
         let own: Vec<String> = self.paths().map(stamp_of).collect();
         let reach = self.rules.reach() as i64;
         // A lake's level depends on all samples in it.
-        let water = match &self.overrides.reading.water {
-            Some(path) => format!("{} {}", stamp_of(Path::new(path)), own.join(" ")),
-            None => String::new(),
+        let Reading { water, flatten, .. } = &self.overrides.reading;
+        let polygons: Vec<String> = [water, flatten]
+            .into_iter()
+            .flatten()
+            .map(|path| stamp_of(Path::new(path)))
+            .collect();
+        let water = if polygons.is_empty() {
+            String::new()
+        } else {
+            format!("{} {}", polygons.join(" "), own.join(" "))
         };
         let stamp = |place: &mosaic::Place| {
             let wider = [0, 1].map(|axis| {
@@ -425,16 +465,10 @@ fn intersection(range: &Range<i64>, extent: &Range<usize>) -> Range<usize> {
     range.start as usize..range.end as usize
 }
 
-/// What heights are put together by, in metres: nothing on the Earth is known of local ground but its own.
+/// What heights are put together by, in metres.
 fn composition_rules(mosaic: &Mosaic, georeference: &GeoReference, reading: &Reading) -> composition::Rules {
     let middle = DVec2::new((mosaic.columns - 1) as f64, (mosaic.rows - 1) as f64) / 2.0;
-    let cell = match reading.pixel_size {
-        Some(_) => DVec2::new(
-            mosaic.to_crs.matrix2.x_axis.length(),
-            mosaic.to_crs.matrix2.y_axis.length(),
-        ),
-        None => georeference.cell_metres(middle),
-    };
+    let cell = georeference.cell_metres(middle);
     // Next to a pole, cells are slivers: distances are then those of wider ones.
     let cell = cell.max(DVec2::splat(cell.max_element() / MOST_OBLONG));
     let side = (cell.x * cell.y).sqrt();
@@ -473,14 +507,6 @@ fn tell_of_lattice(files: &[&Layout], mosaic: &Mosaic, progress: &Progress) {
 }
 
 fn georeference(first: &Layout, mosaic: &Mosaic, options: &ReadOptions) -> Result<GeoReference, ReadError> {
-    if first.is_local {
-        return Ok(GeoReference::local(
-            mosaic.columns,
-            mosaic.rows,
-            mosaic.to_crs,
-            mosaic.origin,
-        ));
-    }
     let georeference = GeoReference::on_lattice(&first.crs, mosaic.to_crs, mosaic.origin, mosaic.columns, mosaic.rows)
         .map_err(|source| ReadError::Position(first.path.clone(), source))?;
     let missing = missing_grids(&first.crs.definition, georeference.geographic_bounds());

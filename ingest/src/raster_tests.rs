@@ -180,6 +180,7 @@ fn raw_height_maps_are_local_ground_in_their_range_of_heights() {
     let folder = Folder::new();
     let mut options = ReadOptions::default();
     options.overrides.reading.height_range = Some([-100.0, 555.35]);
+    options.overrides.reading.local = true;
     options.overrides.reading.pixel_size = Some([2.0, 3.0]);
     let little = read(&[raw(&folder, "a.r16", u16::to_le_bytes)], &options).unwrap();
     let big = raw(&folder, "b.raw", u16::to_be_bytes);

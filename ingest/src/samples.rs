@@ -5,6 +5,7 @@ use std::ops::Range;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use terrain_tiles::metadata::{Reading, Vertical};
+use terrain_tiles::water::Water;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
@@ -137,6 +138,8 @@ pub struct Provenance {
     pub heights_above: String,
     /// Grid that makes them so, if one does.
     pub geoid: Option<String>,
+    /// Where there is water.
+    pub water: Water,
     /// What was used instead of what the files say of themselves.
     pub overrides: Overrides,
 }
@@ -235,6 +238,7 @@ impl Raster for HeightGrid {
             vertical_datum: UNSPECIFIED.to_owned(),
             heights_above: UNSPECIFIED.to_owned(),
             geoid: None,
+            water: Water::default(),
             overrides: Overrides::default(),
         }
     }

@@ -60,9 +60,10 @@ impl TileRequest {
                 let checksum = tileset.checksum_with_surroundings(self.address, own);
                 let Extensions {
                     normals,
+                    water_mask,
                     measured_triangles,
                 } = extensions;
-                let flags = u8::from(normals) + 2 * u8::from(measured_triangles);
+                let flags = u8::from(normals) + 2 * u8::from(measured_triangles) + 4 * u8::from(water_mask);
                 // Another program may encode it otherwise.
                 Some(format!(
                     "{checksum:016x}-{flags}-{}",

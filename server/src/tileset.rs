@@ -11,7 +11,6 @@ use terrain_tiles::formats::quantized_mesh::{Extensions, QuantizedMesh, addresse
 use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::Metadata;
-use terrain_tiles::outside::Outside;
 use terrain_tiles::tile::Tile;
 
 use crate::failure::Failure;
@@ -31,7 +30,7 @@ pub(crate) struct Tileset {
     pub(crate) layer_json: Bytes,
     archive: Reader,
     /// Of what is drawn where nothing was measured.
-    outside_checksum: u64,
+    surroundings_checksum: u64,
 }
 
 /// Why a tile cannot be had.
@@ -59,7 +58,7 @@ impl Tileset {
             layer_json: document
                 .expect("strings, numbers and lists of them always become JSON")
                 .into(),
-            outside_checksum: checksum_of(&archive.metadata().outside),
+            surroundings_checksum: checksum_of(archive.metadata()),
             archive,
         })
     }
@@ -81,13 +80,13 @@ impl Tileset {
         self.archive.checksum(address)
     }
 
-    /// Of all that a tile for other clients is made of: the tile, those beside it, and what is outside.
+    /// Of all that a tile for other clients is made of: the tile, those beside it, what is outside, and water.
     pub(crate) fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
         let beside = addresses_around(address)
             .into_iter()
             .map(|address| self.archive.checksum(address));
         let mut hasher = DefaultHasher::new();
-        (own, self.outside_checksum).hash(&mut hasher);
+        (own, self.surroundings_checksum).hash(&mut hasher);
         beside.for_each(|checksum| checksum.hash(&mut hasher));
         hasher.finish()
     }
@@ -120,24 +119,29 @@ impl Tileset {
         address: TileAddress,
         extensions: Extensions,
     ) -> Result<QuantizedMesh, TileError> {
-        let outside = &self.metadata().outside;
-        match self.tile(address)? {
+        let Metadata { outside, water, .. } = self.metadata();
+        let mut mesh = match self.tile(address)? {
             Some(tile) => {
                 let beside = if extensions.normals {
                     self.tiles_around(address)?
                 } else {
                     Vec::new()
                 };
-                Ok(QuantizedMesh::from_tile(&tile, &beside, outside))
+                QuantizedMesh::from_tile(&tile, &beside, outside)
             }
-            None if address.zoom == 0 => Ok(QuantizedMesh::unmeasured(address, outside)),
-            None => Err(TileError::Missing),
-        }
+            None if address.zoom == 0 => QuantizedMesh::unmeasured(address, outside),
+            None => return Err(TileError::Missing),
+        };
+        let is_wanted = extensions.water_mask && !water.is_empty();
+        mesh.water_mask = is_wanted.then(|| water.mask(address));
+        Ok(mesh)
     }
 }
 
-fn checksum_of(outside: &Outside) -> u64 {
-    let document = serde_json::to_vec(outside).expect("numbers and lists of them always become JSON");
+/// Of what is where nothing was measured, and of where there is water.
+fn checksum_of(metadata: &Metadata) -> u64 {
+    let parts = (&metadata.outside, &metadata.water);
+    let document = serde_json::to_vec(&parts).expect("numbers and lists of them always become JSON");
     let mut hasher = DefaultHasher::new();
     document.hash(&mut hasher);
     hasher.finish()

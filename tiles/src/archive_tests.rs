@@ -5,6 +5,7 @@ use std::fs;
 use super::*;
 use crate::metadata::{Asked, Source};
 use crate::outside::Outside;
+use crate::water::Water;
 
 pub(crate) fn metadata() -> Metadata {
     Metadata {
@@ -30,6 +31,7 @@ pub(crate) fn metadata() -> Metadata {
         generator: "test".to_owned(),
         zooms: Vec::new(),
         outside: Outside::default(),
+        water: Water::default(),
     }
 }
 

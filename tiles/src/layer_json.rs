@@ -18,7 +18,7 @@ pub struct LayerJson {
     minzoom: u8,
     maxzoom: u8,
     bounds: [f64; 4],
-    extensions: [&'static str; 1],
+    extensions: Vec<&'static str>,
     attribution: String,
     vertical: Vertical,
     available: Vec<Vec<Range>>,
@@ -72,12 +72,18 @@ impl LayerJson {
             minzoom: 0,
             maxzoom: metadata.max_zoom,
             bounds: bounds(metadata),
-            extensions: ["octvertexnormals"],
+            extensions: extensions(metadata),
             attribution: attribution(metadata),
             vertical: vertical(metadata),
             available: (0..=metadata.max_zoom).map(|zoom| available(metadata, zoom)).collect(),
         }
     }
+}
+
+/// Clients ask for all that they know of these.
+fn extensions(metadata: &Metadata) -> Vec<&'static str> {
+    let water = (!metadata.water.is_empty()).then_some("watermask");
+    ["octvertexnormals"].into_iter().chain(water).collect()
 }
 
 /// Both roots always exist, since every client starts from both: the one without data is the bare ellipsoid.

@@ -87,6 +87,17 @@ fn it_says_what_heights_are_above_and_what_made_them_so() {
 }
 
 #[test]
+fn it_names_the_water_mask_where_there_is_water() {
+    let mut metadata = metadata();
+    assert_eq!(document(&metadata)["extensions"], json!(["octvertexnormals"]));
+    metadata.water.polygons = vec![vec![vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]];
+    assert_eq!(
+        document(&metadata)["extensions"],
+        json!(["octvertexnormals", "watermask"])
+    );
+}
+
+#[test]
 fn file_names_are_no_html() {
     let mut metadata = metadata();
     metadata.source.files = vec!["<b>.tif".to_owned(), "a&b.tif".to_owned()];

@@ -36,3 +36,4 @@ pub mod progressive;
 pub mod pyramid;
 pub mod spread;
 pub mod tile;
+pub mod water;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::outside::Outside;
+use crate::water::Water;
 
 /// Name of the format in the metadata of an archive.
 pub const FORMAT: &str = "surface-partition-tiles";
@@ -39,6 +40,9 @@ pub struct Metadata {
     /// What is where nothing was measured.
     #[serde(default)]
     pub outside: Outside,
+    /// Where there is water.
+    #[serde(default, skip_serializing_if = "Water::is_empty")]
+    pub water: Water,
     /// Name and version of the program that wrote the archive.
     pub generator: String,
     /// One entry a zoom, from `min_zoom` to `max_zoom`.
@@ -100,10 +104,16 @@ pub struct Reading {
     /// Stored values that stand for voids, besides those that rasters declare; where none are given, they are looked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodata: Option<Vec<f64>>,
+    /// How colours of pixels are heights; none where the first band is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoding: Option<ColourEncoding>,
     /// Heights in metres of the least and the greatest value that a height map can store.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height_range: Option<[f64; 2]>,
-    /// Metres from sample to sample of ground that is nowhere on the Earth, across and down.
+    /// Whether the ground is nowhere on the Earth: x and y are metres on a plane, which is laid on the ellipsoid around 0° N, 0° E.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub local: bool,
+    /// Metres from sample to sample of such ground, across and down.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pixel_size: Option<[f64; 2]>,
     /// Which reader is used, whatever the file's name.
@@ -127,9 +137,12 @@ pub struct Reading {
     /// Whether rasters count in their order, whatever their cells.
     #[serde(default, skip_serializing_if = "is_false")]
     pub by_order: bool,
-    /// A file of polygons within which the surface is level.
+    /// A file of polygons of water, within which the surface is level.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub water: Option<String>,
+    /// A file of polygons on land within which the surface is level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flatten: Option<String>,
     /// Whether voids are filled, and how wide in metres they may be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
@@ -154,7 +167,9 @@ impl Reading {
         Self {
             unit: self.unit.or(other.unit),
             nodata: self.nodata.or(other.nodata),
+            encoding: self.encoding.or(other.encoding),
             height_range: self.height_range.or(other.height_range),
+            local: self.local || other.local,
             pixel_size: self.pixel_size.or(other.pixel_size),
             reader: self.reader.or(other.reader),
             big_endian: self.big_endian || other.big_endian,
@@ -168,7 +183,29 @@ impl Reading {
             blend: self.blend.or(other.blend),
             by_order: self.by_order || other.by_order,
             water: self.water.or(other.water),
+            flatten: self.flatten.or(other.flatten),
             fill: self.fill.or(other.fill),
+        }
+    }
+}
+
+/// How the three bytes of a pixel's colour are a height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ColourEncoding {
+    /// Tenths of a metre above −10,000 m.
+    Mapbox,
+    /// 256ths of a metre above −32,768 m.
+    Terrarium,
+}
+
+impl ColourEncoding {
+    /// Metres of one step, and of the colour black.
+    #[must_use]
+    pub fn scale_and_offset(self) -> [f64; 2] {
+        match self {
+            Self::Mapbox => [0.1, -10_000.0],
+            Self::Terrarium => [1.0 / 256.0, -32_768.0],
         }
     }
 }

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use terrain_tiles::metadata::{HeightsAbove, RasterReader};
+use terrain_tiles::metadata::{ColourEncoding, HeightsAbove, RasterReader};
 
 use super::values::{Values, bounds, not_negative, number, pixel_size, positive, unit, values};
 
-/// For rasters that do not say where they are, or wrongly.
+/// How rasters are read, and for those that do not say where they are, or wrongly.
 #[derive(Args)]
 pub(crate) struct RasterArgs {
     /// Coordinate reference system to use instead of the raster's own: EPSG:2056, WKT or a PROJ string.
@@ -16,6 +16,14 @@ pub(crate) struct RasterArgs {
     /// Outer edges of the raster's pixels, in units of the CRS, to use instead of the raster's own position.
     #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
     pub(crate) bounds: Option<[f64; 4]>,
+    /// The ground is nowhere on the Earth, as that of a game: x and y are metres on a plane. Tiles show it around 0° N, 0° E, where
+    /// the plane touches the ellipsoid, at heights above this.
+    #[arg(long, conflicts_with_all = ["crs", "vertical", "geoid", "heights"])]
+    pub(crate) local: bool,
+    /// Metres from sample to sample of such ground, one number or X,Y, as for height maps, which have no position: x and y are then
+    /// counted from the last row's first sample.
+    #[arg(long, value_name = "METRES", value_parser = pixel_size, conflicts_with_all = ["crs", "bounds", "vertical", "geoid", "heights"])]
+    pub(crate) pixel_size: Option<[f64; 2]>,
     /// What the rasters' heights are above, instead of what they say: egm96, egm2008, egm84, navd88, ellipsoid or an EPSG code. If
     /// not given: their coordinate reference system, their tags, or the product that their names tell.
     #[arg(long, value_name = "DATUM")]
@@ -32,6 +40,9 @@ pub(crate) struct RasterArgs {
     /// values, and a note says so.
     #[arg(long, value_name = "VALUE", value_parser = values, allow_negative_numbers = true, allow_hyphen_values = true)]
     pub(crate) nodata: Option<Values>,
+    /// How colours of pixels are heights, as in tiles for web maps; if not given, heights are in the first band.
+    #[arg(long, value_enum, conflicts_with = "height_range")]
+    pub(crate) encoding: Option<EncodingName>,
     /// Heights in metres of the least and the greatest value that a height map can store: 0 and 65535 for 16 bits, 0 and 1 for
     /// numbers with a fraction.
     #[arg(long, value_names = ["MIN", "MAX"], num_args = 2, value_parser = number, allow_negative_numbers = true)]
@@ -64,23 +75,18 @@ pub(crate) struct RasterArgs {
     /// The widest void that --voids fill fills; if not given, forty cells.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) fill_width: Option<f64>,
-    /// Polygons (GeoJSON, Shapefile, FlatGeobuf) within which the surface is level, at the median of the samples inside: lakes, runways.
+    /// Polygons of water (GeoJSON, Shapefile, FlatGeobuf, GeoPackage): the surface is level within each, at the median of the samples
+    /// inside, and clients are told where it is.
     #[arg(long, value_name = "FILE")]
     pub(crate) water: Option<PathBuf>,
+    /// Polygons of the same kinds within which the surface is level, but no water: runways, pitches.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) flatten: Option<PathBuf>,
     /// What heights are to be above: the ellipsoid, as globes need them, or as they are in the rasters. Tiles are above the
     /// ellipsoid where it is known what the rasters' heights are above; meshes have the rasters' heights; verify does as the archive
     /// says.
     #[arg(long, value_enum)]
     pub(crate) heights: Option<Heights>,
-}
-
-/// For ground that is nowhere on the Earth.
-#[derive(Args)]
-pub(crate) struct LocalArgs {
-    /// Metres from sample to sample, one number or X,Y, of a raster that is nowhere on the Earth, such as a height map of a game: x
-    /// and y are then metres from its last row's first sample.
-    #[arg(long, value_name = "METRES", value_parser = pixel_size, conflicts_with_all = ["crs", "bounds", "vertical", "geoid", "heights"])]
-    pub(crate) pixel_size: Option<[f64; 2]>,
 }
 
 /// Which byte of a number comes first.
@@ -90,6 +96,24 @@ pub(crate) enum ByteOrder {
     Little,
     /// The most significant one.
     Big,
+}
+
+/// How colours are heights.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum EncodingName {
+    /// −10,000 m + (65,536 R + 256 G + B) / 10; black is void.
+    Mapbox,
+    /// 256 R + G + B / 256 − 32,768 m; black is void.
+    Terrarium,
+}
+
+impl From<EncodingName> for ColourEncoding {
+    fn from(name: EncodingName) -> Self {
+        match name {
+            EncodingName::Mapbox => Self::Mapbox,
+            EncodingName::Terrarium => Self::Terrarium,
+        }
+    }
 }
 
 /// Who reads rasters.

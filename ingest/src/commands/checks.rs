@@ -11,9 +11,9 @@ use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
 use terrain_ingest::{curved_model, polygonal_model, verify};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::metadata::{Metadata, Vertical};
+use terrain_tiles::metadata::{HeightsAbove, Metadata, Vertical};
 
-use super::shared::{blamed, bound_name, has_extension, local_overrides, memory, open, overrides, prepare, print};
+use super::shared::{blamed, bound_name, has_extension, memory, open, overrides, prepare, print};
 use crate::cli::{InfoArgs, RasterArgs, VerifyArgs};
 use crate::failure::Failure;
 
@@ -23,7 +23,7 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
     let memory = memory(&arguments.run);
-    let overrides = overrides_of(&arguments.subject, arguments.raster, arguments.local.pixel_size)?;
+    let overrides = overrides_of(&arguments.subject, arguments.raster)?;
     let rasters = open(&arguments.dems, overrides, &progress)?;
     let work = tempfile::tempdir()
         .context("a folder for samples")
@@ -57,9 +57,9 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
 }
 
 /// The same for an archive to verify, which says how its rasters were read.
-fn overrides_of(subject: &Path, raster: RasterArgs, pixel_size: Option<[f64; 2]>) -> Result<Overrides, Failure> {
+fn overrides_of(subject: &Path, raster: RasterArgs) -> Result<Overrides, Failure> {
     if has_extension(subject, &["ply", "obj"]) {
-        return Ok(local_overrides(raster, pixel_size));
+        return Ok(overrides(raster, HeightsAbove::Source));
     }
     let archive = Reader::open(subject).map_err(|error| Failure::Input(error.into()))?;
     let asked = archive.metadata().asked.clone();

@@ -8,7 +8,7 @@ use serde::Serialize;
 use terrain_ingest::{curved_model, curved_terrain, polygonal_model, tin};
 use terrain_tiles::metadata::HeightsAbove;
 
-use super::shared::{blamed, check_output, has_extension, local_overrides, overrides, prepare, print_finished, read};
+use super::shared::{blamed, check_output, has_extension, overrides, prepare, print_finished, read};
 use crate::cli::{ClodArgs, MeshArgs, TinArgs};
 use crate::failure::Failure;
 
@@ -20,7 +20,7 @@ pub(super) fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{output}: meshes are written as .ply or .obj")));
     }
     let progress = prepare(&arguments.run)?;
-    let overrides = local_overrides(arguments.raster, arguments.local.pixel_size);
+    let overrides = overrides(arguments.raster, HeightsAbove::Source);
     let grid = read(&arguments.dems, overrides, &progress)?;
     let options = tin::Options {
         max_error: arguments.max_error,

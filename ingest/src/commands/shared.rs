@@ -14,7 +14,7 @@ use terrain_ingest::samples::Overrides;
 use terrain_ingest::{
     HeightGrid, Progress, ReadOptions, curved_model, peak_memory, polygonal_model, quarter_of_memory, raster,
 };
-use terrain_tiles::metadata::{Fill, HeightsAbove, RasterReader, Reading, Vertical};
+use terrain_tiles::metadata::{ColourEncoding, Fill, HeightsAbove, RasterReader, Reading, Vertical};
 
 use crate::cli::{Bound, ByteOrder, Priority, Quality, RasterArgs, RunArgs, Values, VoidPolicy};
 use crate::failure::Failure;
@@ -59,8 +59,10 @@ pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides 
         reading: Reading {
             unit: raster.unit,
             nodata: raster.nodata.map(|Values(values)| values),
+            encoding: raster.encoding.map(ColourEncoding::from),
             height_range: raster.height_range.map(|range| [range[0], range[1]]),
-            pixel_size: None,
+            local: raster.local || raster.pixel_size.is_some(),
+            pixel_size: raster.pixel_size,
             reader: raster.reader.map(RasterReader::from),
             big_endian: matches!(raster.byte_order, ByteOrder::Big),
             allow_vrt: raster.allow_vrt,
@@ -69,18 +71,12 @@ pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides 
             blend: raster.blend,
             by_order: matches!(raster.priority, Priority::Order),
             water: raster.water.map(|path| path.display().to_string()),
+            flatten: raster.flatten.map(|path| path.display().to_string()),
             fill: matches!(raster.voids, VoidPolicy::Fill).then_some(Fill {
                 widest: raster.fill_width,
             }),
         },
     }
-}
-
-/// The same for a mesh, which may be of ground that is nowhere on the Earth and has the rasters' heights.
-pub(super) fn local_overrides(raster: RasterArgs, pixel_size: Option<[f64; 2]>) -> Overrides {
-    let mut overrides = overrides(raster, HeightsAbove::Source);
-    overrides.reading.pixel_size = pixel_size;
-    overrides
 }
 
 /// Folders become the rasters in them, by their names, in order.

@@ -6,7 +6,9 @@ use thiserror::Error;
 #[derive(Debug, Error, PartialEq)]
 pub enum GeoReferenceError {
     /// PROJ does not know the coordinate reference system, or no way from it to WGS84.
-    #[error("PROJ knows no way from {crs} to WGS84 longitude and latitude: {reason}")]
+    #[error(
+        "PROJ knows no way from {crs} to WGS84 longitude and latitude: {reason}; --local takes its coordinates for metres on a plane"
+    )]
     NoTransformation {
         /// Name of the coordinate reference system.
         crs: String,

@@ -31,7 +31,7 @@ pub(super) const DRIVERS: [&str; 21] = [
     "XYZ",
 ];
 /// Formats of polygons.
-pub(super) const VECTOR_DRIVERS: [&str; 3] = ["GeoJSON", "ESRI Shapefile", "FlatGeobuf"];
+pub(super) const VECTOR_DRIVERS: [&str; 4] = ["GeoJSON", "ESRI Shapefile", "FlatGeobuf", "GPKG"];
 /// The driver of virtual rasters, for whoever asks for it.
 pub(super) const VIRTUAL: &str = "VRT";
 /// How names of rasters end that are looked for in a folder or an archive, in small letters.

@@ -36,10 +36,10 @@ pub enum ReadError {
         rows: usize,
     },
     /// The file does not say what its coordinates mean.
-    #[error("{}: has no coordinate reference system; pass --crs EPSG:…", .0.display())]
+    #[error("{}: has no coordinate reference system; pass --crs EPSG:…, or --local if it is nowhere on the Earth", .0.display())]
     NoCrs(PathBuf),
     /// The file does not say where its samples are.
-    #[error("{}: has no position; pass --bounds WEST,SOUTH,EAST,NORTH in units of the CRS", .0.display())]
+    #[error("{}: has no position; pass --bounds WEST,SOUTH,EAST,NORTH in units of the CRS, or --pixel-size METRES if it is nowhere on the Earth", .0.display())]
     NoPosition(PathBuf),
     /// The coordinate reference system given by the caller means nothing.
     #[error("`{0}` is no coordinate reference system that PROJ knows")]

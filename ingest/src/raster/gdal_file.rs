@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use gdal::raster::{GdalDataType, RasterBand};
+use gdal::raster::{ColorInterpretation, GdalDataType, RasterBand};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags, Metadata};
 
 use super::drivers::{DRIVERS, VIRTUAL, prepare_gdal};
@@ -14,17 +14,21 @@ use super::{ReadError, ReadOptions, placement};
 /// Tags in which files say what their heights are above.
 const TAGS: [&str; 2] = ["VERTICAL_DATUM", "vertical_datum"];
 
-/// A raster, band 1. Each window is read through a handle of its own, so that several can be read at once.
+/// Rows in the middle of a picture that tell whether it is coloured.
+const LOOKED_AT: usize = 64;
+
+/// A raster, band 1 or the colours of three. Each window is read through a handle of its own, so that several can be read at once.
 pub(super) struct GdalFile {
     path: PathBuf,
     /// What GDAL opens: the same, or what is in it if it is an archive.
     opened: PathBuf,
     allow_virtual: bool,
+    has_heights_in_colours: bool,
 }
 
 impl GdalFile {
     pub(super) fn open(path: &Path, options: &ReadOptions) -> Result<Found, ReadError> {
-        let allow_virtual = options.overrides.reading.allow_vrt;
+        let (allow_virtual, encoding) = (options.overrides.reading.allow_vrt, options.overrides.reading.encoding);
         prepare_gdal(allow_virtual);
         let is_virtual = path
             .extension()
@@ -38,6 +42,7 @@ impl GdalFile {
             path: path.to_owned(),
             opened: in_zip(path)?,
             allow_virtual,
+            has_heights_in_colours: encoding.is_some(),
         };
         let dataset = reader.dataset().map_err(unreadable)?;
         if dataset.raster_count() == 0 {
@@ -50,6 +55,24 @@ impl GdalFile {
         let band = dataset.rasterband(1).map_err(unreadable)?;
         check_block(path, &band, options)?;
         let (width, height) = band.block_size();
+        match encoding {
+            Some(_) if !has_colours(&dataset).map_err(unreadable)? => {
+                return Err(ReadError::unreadable(
+                    path,
+                    "it has no red, green and blue bytes, which --encoding is of",
+                ));
+            }
+            None if is_coloured(&dataset).map_err(unreadable)? => {
+                let reason =
+                    "its pixels are coloured; if the colours are heights, say how by --encoding mapbox or terrarium";
+                return Err(ReadError::unreadable(path, reason));
+            }
+            _ => {}
+        }
+        let [scale, offset] = match encoding {
+            Some(encoding) => encoding.scale_and_offset(),
+            None => [band.scale().unwrap_or(1.0), band.offset().unwrap_or(0.0)],
+        };
         let greatest = greatest(band.band_type());
         Ok(Found {
             size: [columns, rows],
@@ -57,8 +80,8 @@ impl GdalFile {
             crs: dataset.spatial_ref().ok(),
             to_crs: dataset.geo_transform().ok().map(placement::from_corner_based),
             datum: TAGS.iter().find_map(|tag| dataset.metadata_item(tag, "")),
-            scale: band.scale().unwrap_or(1.0),
-            offset: band.offset().unwrap_or(0.0),
+            scale,
+            offset,
             unit: band.unit(),
             greatest,
             reader: Box::new(reader),
@@ -85,7 +108,16 @@ impl GdalFile {
             (columns.start as isize, rows.start as isize),
             (columns.len(), rows.len()),
         );
-        let (_, mut values) = band.read_as::<f64>(first, size, size, None)?.into_shape_and_vec();
+        let mut values = if self.has_heights_in_colours {
+            let [red, green, blue] = colours(&dataset, first, size)?;
+            let value = |((red, green), blue): ((u8, u8), u8)| f64::from(u32::from_be_bytes([0, red, green, blue]));
+            let values = red.into_iter().zip(green).zip(blue).map(value);
+            values
+                .map(|value| if value == 0.0 { f64::NAN } else { value })
+                .collect()
+        } else {
+            band.read_as::<f64>(first, size, size, None)?.into_shape_and_vec().1
+        };
         if !band.mask_flags()?.is_all_valid() {
             let mask = band.open_mask_band()?.read_as::<u8>(first, size, size, None)?;
             let (_, valid) = mask.into_shape_and_vec();
@@ -102,6 +134,47 @@ impl Reader for GdalFile {
         let values = self.values(&columns, &rows);
         values.map_err(|error| ReadError::gdal(&self.path, error))
     }
+}
+
+/// Whether the first three bands are red, green and blue, in bytes.
+fn has_colours(dataset: &Dataset) -> gdal::errors::Result<bool> {
+    let colours = [
+        ColorInterpretation::RedBand,
+        ColorInterpretation::GreenBand,
+        ColorInterpretation::BlueBand,
+    ];
+    if dataset.raster_count() < colours.len() {
+        return Ok(false);
+    }
+    for (index, colour) in colours.into_iter().enumerate() {
+        let band = dataset.rasterband(index + 1)?;
+        if band.band_type() != GdalDataType::UInt8 || band.color_interpretation() != colour {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Whether red, green and blue differ: a picture, or heights in colours, but no grey height map.
+fn is_coloured(dataset: &Dataset) -> gdal::errors::Result<bool> {
+    if !has_colours(dataset)? {
+        return Ok(false);
+    }
+    let (columns, rows) = dataset.raster_size();
+    let count = rows.min(LOOKED_AT);
+    let first = (0, ((rows - count) / 2) as isize);
+    let [red, green, blue] = colours(dataset, first, (columns, count))?;
+    Ok(red != green || green != blue)
+}
+
+/// Red, green and blue of a rectangle.
+fn colours(dataset: &Dataset, first: (isize, isize), size: (usize, usize)) -> gdal::errors::Result<[Vec<u8>; 3]> {
+    let mut colours = [const { Vec::new() }; 3];
+    for (index, values) in colours.iter_mut().enumerate() {
+        let band = dataset.rasterband(index + 1)?;
+        *values = band.read_as::<u8>(first, size, size, None)?.into_shape_and_vec().1;
+    }
+    Ok(colours)
 }
 
 /// The greatest value of a type, 1 for numbers with a fraction.

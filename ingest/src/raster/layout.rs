@@ -3,11 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use gdal::spatial_ref::SpatialRef;
-use glam::{DAffine2, DMat2, DVec2};
+use glam::DAffine2;
 
 use super::vertical::HeightReference;
 use super::{ReadError, crs};
 use crate::georeference::Crs;
+
+/// A plane laid on the Earth: metres east and north of 0° N, 0° E, true there and along the meridian. No other place bends it less.
+const LAID_PLANE: &str =
+    "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +ellps=WGS84 +towgs84=0,0,0 +units=m +no_defs +type=crs";
+
+/// Whether coordinates are metres of ground that is nowhere on the Earth.
+pub(super) fn is_laid_plane(crs: &Crs) -> bool {
+    crs.definition == LAID_PLANE
+}
 
 /// Size and position of one file's grid.
 pub(super) struct Layout {
@@ -20,8 +29,6 @@ pub(super) struct Layout {
     /// Whether x is a longitude in degrees.
     pub(super) is_in_degrees: bool,
     pub(super) heights: HeightReference,
-    /// Whether it is nowhere on the Earth.
-    pub(super) is_local: bool,
     /// What the person is told of the file.
     pub(super) remarks: Vec<String>,
 }
@@ -41,27 +48,23 @@ impl Layout {
             to_crs,
             crs: crs::describe(reference).ok_or_else(|| ReadError::NoCrs(path.to_owned()))?,
             is_in_degrees: crs::is_in_degrees(reference),
-            is_local: false,
             remarks: heights.remark().map(str::to_owned).into_iter().collect(),
             heights,
         })
     }
 
-    /// Ground that is nowhere on the Earth: its last row's first sample is at (0, 0), x runs along the columns, y up the rows.
-    pub(super) fn local(path: &Path, [columns, rows]: [usize; 2], pixel: [f64; 2], heights: HeightReference) -> Self {
-        let [width, height] = pixel;
-        let matrix = DMat2::from_diagonal(DVec2::new(width, -height));
+    /// Ground that is nowhere on the Earth; `to_crs` leads to metres on its plane.
+    pub(super) fn local(path: &Path, [columns, rows]: [usize; 2], to_crs: DAffine2, heights: HeightReference) -> Self {
         Self {
             path: path.to_owned(),
             columns,
             rows,
-            to_crs: DAffine2::from_mat2_translation(matrix, DVec2::new(0.0, height * (rows as f64 - 1.0))),
+            to_crs,
             crs: Crs {
                 name: "local metres".to_owned(),
-                definition: String::new(),
+                definition: LAID_PLANE.to_owned(),
             },
             is_in_degrees: false,
-            is_local: true,
             remarks: Vec::new(),
             heights,
         }

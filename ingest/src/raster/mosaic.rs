@@ -129,8 +129,7 @@ impl Mosaic {
 impl<'a> File<'a> {
     /// `is_alike` where all files have the same cells.
     fn new(layout: &'a Layout, is_alike: bool) -> Result<Self, ReadError> {
-        let is_on_earth = !is_alike && !layout.is_local;
-        let own = is_on_earth.then(|| georeference(layout)).transpose()?;
+        let own = (!is_alike).then(|| georeference(layout)).transpose()?;
         let cell = match &own {
             _ if is_alike => 1.0,
             Some(own) => {

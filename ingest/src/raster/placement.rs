@@ -33,6 +33,12 @@ pub(super) fn from_corner_based(transform: [f64; 6]) -> DAffine2 {
     DAffine2::from_mat2_translation(matrix, DVec2::new(x, y) + matrix * DVec2::splat(0.5))
 }
 
+/// Grid coordinates to metres on a plane: the last row's first sample is at (0, 0), x runs along the columns, y up the rows.
+pub(super) fn from_pixel_size([width, height]: [f64; 2], rows: usize) -> DAffine2 {
+    let matrix = DMat2::from_diagonal(DVec2::new(width, -height));
+    DAffine2::from_mat2_translation(matrix, DVec2::new(0.0, height * (rows as f64 - 1.0)))
+}
+
 /// Grid coordinates to a reference system, from the outer edges of the pixels, the first row northernmost.
 pub(super) fn from_bounds(bounds: [f64; 4], columns: usize, rows: usize) -> Result<DAffine2, ReadError> {
     let [west, south, east, north] = bounds;

@@ -32,7 +32,11 @@ impl Source {
     pub(super) fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
         check_name(path)?;
         let reading = &options.overrides.reading;
-        let found = match reader_of(path, reading) {
+        let reader = reader_of(path, reading);
+        if reading.encoding.is_some() && reader != RasterReader::Gdal {
+            return Err(ReadError::unreadable(path, "heights in colours are read by GDAL alone"));
+        }
+        let found = match reader {
             RasterReader::Gdal => GdalFile::open(path, options)?,
             RasterReader::Tiff => TiffFile::open(path, options)?,
             RasterReader::Exr => ExrFile::open(path)?,
@@ -125,18 +129,20 @@ fn layout(
 ) -> Result<Layout, ReadError> {
     let overrides = &options.overrides;
     let [columns, rows] = found.size;
-    if let Some(pixel) = overrides.reading.pixel_size {
+    let to_crs = match (overrides.reading.pixel_size, overrides.bounds) {
+        (Some(pixel), _) => Some(placement::from_pixel_size(pixel, rows)),
+        (None, Some(bounds)) => Some(placement::from_bounds(bounds, columns, rows)?),
+        (None, None) => found.to_crs,
+    };
+    let to_crs = to_crs.ok_or_else(|| ReadError::NoPosition(path.to_owned()));
+    if overrides.reading.local {
         let heights = HeightReference::of_file(path, None, None, &overrides.vertical)?;
-        return Ok(Layout::local(path, found.size, pixel, heights));
+        return Ok(Layout::local(path, found.size, to_crs?, heights));
     }
     let reference = reference.ok_or_else(|| ReadError::NoCrs(path.to_owned()))?;
-    let to_crs = match overrides.bounds {
-        Some(bounds) => placement::from_bounds(bounds, columns, rows)?,
-        None => found.to_crs.ok_or_else(|| ReadError::NoPosition(path.to_owned()))?,
-    };
     let of_crs = of_either(reference, found, crs::vertical_datum);
     let heights = HeightReference::of_file(path, of_crs, found.datum.clone(), &overrides.vertical)?;
-    Layout::new(path, found.size, to_crs, reference, heights)
+    Layout::new(path, found.size, to_crs?, reference, heights)
 }
 
 /// Scale and offset from stored values to metres.

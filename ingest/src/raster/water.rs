@@ -1,4 +1,4 @@
-//! Lakes: polygons within which the surface is level.
+//! Lakes, and other polygons within which the surface is level.
 //!
 //! ```text
 //! polygons of a vector file ─▶ the lattice's coordinates ─▶ level: the median of the samples inside ─▶ all samples inside
@@ -10,14 +10,18 @@ use std::path::Path;
 use gdal::vector::{GeometryRef, LayerAccess, OGRwkbGeometryType};
 use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use glam::{DAffine2, DVec2};
+use terrain_tiles::water;
 
 use super::composition::common;
 use super::drivers::{VECTOR_DRIVERS, prepare_gdal};
+use super::layout::is_laid_plane;
 use super::{ReadError, crs};
-use crate::georeference::{Crs, converted};
+use crate::georeference::{Crs, GeoReferenceError, converted, nearest_turn};
 
 /// Vertices of all polygons of a file, at most.
 const MOST_VERTICES: usize = 1 << 24;
+/// Places in a degree that are told of water: a centimetre on the ground.
+const PLACES_IN_A_DEGREE: f64 = 1e7;
 /// Rows that are read at once to find a level.
 const ROWS_AT_ONCE: i64 = 64;
 /// Samples that a level is found from, at most.
@@ -25,6 +29,8 @@ const MOST_SAMPLES: usize = 1 << 20;
 
 /// A polygon that is level.
 pub(super) struct Lake {
+    /// Its rings in degrees of longitude and latitude, if it is water.
+    pub(super) on_earth: Vec<Vec<[f64; 2]>>,
     /// Rings in coordinates of the lattice of samples: what is inside of an odd number of them is inside.
     rings: Vec<Vec<DVec2>>,
     /// Columns and rows of the lattice that it reaches into.
@@ -35,9 +41,11 @@ pub(super) struct Lake {
 
 /// The polygons of a vector file on the lattice that `to_crs` leads from.
 ///
+/// Polygons for ground that is nowhere on the Earth are in metres of its plane, whatever the file says.
+///
 /// # Errors
 /// When the file cannot be read, or has no place on the lattice's plane.
-pub(super) fn lakes(path: &Path, lattice: &Crs, to_crs: DAffine2) -> Result<Vec<Lake>, ReadError> {
+pub(super) fn lakes(path: &Path, is_water: bool, lattice: &Crs, to_crs: DAffine2) -> Result<Vec<Lake>, ReadError> {
     prepare_gdal(false);
     std::fs::metadata(path).map_err(|error| ReadError::unreadable(path, error))?;
     let options = DatasetOptions {
@@ -47,11 +55,19 @@ pub(super) fn lakes(path: &Path, lattice: &Crs, to_crs: DAffine2) -> Result<Vec<
     };
     let dataset = Dataset::open_ex(path, options).map_err(|error| ReadError::gdal(path, error))?;
     let to_lattice = to_crs.inverse();
+    let wgs84 = Crs {
+        name: "EPSG:4326".to_owned(),
+        definition: "EPSG:4326".to_owned(),
+    };
     let mut found = Vec::new();
     let mut vertices = 0;
     for mut layer in dataset.layers() {
-        let reference = layer.spatial_ref().ok_or_else(|| ReadError::NoCrs(path.to_owned()))?;
-        let own = crs::describe(&reference).ok_or_else(|| ReadError::NoCrs(path.to_owned()))?;
+        let own = if is_laid_plane(lattice) {
+            lattice.clone()
+        } else {
+            let described = layer.spatial_ref().as_ref().and_then(crs::describe);
+            described.ok_or_else(|| ReadError::NoCrs(path.to_owned()))?
+        };
         for feature in layer.features() {
             let Some(geometry) = feature.geometry() else { continue };
             let mut rings = Vec::new();
@@ -64,23 +80,48 @@ pub(super) fn lakes(path: &Path, lattice: &Crs, to_crs: DAffine2) -> Result<Vec<
                     limit: MOST_VERTICES,
                 });
             }
-            let on_lattice = |ring: Vec<DVec2>| {
-                let points = if own == *lattice {
-                    Ok(ring)
-                } else {
-                    converted(&own, lattice, &ring)
-                };
-                points.map(|points| points.into_iter().map(|at| to_lattice.transform_point2(at)).collect())
+            let position = |source| ReadError::Position(path.to_owned(), source);
+            let on_earth = if is_water {
+                rings_in(&rings, &own, &wgs84).map_err(position)?
+            } else {
+                Vec::new()
             };
-            let rings: Result<Vec<Vec<DVec2>>, _> = rings.into_iter().map(on_lattice).collect();
-            let rings = rings.map_err(|source| ReadError::Position(path.to_owned(), source))?;
-            found.push(Lake::new(rings));
+            let mut on_lattice = rings_in(&rings, &own, lattice).map_err(position)?;
+            let points = on_lattice.iter_mut().flatten();
+            points.for_each(|at| *at = to_lattice.transform_point2(*at));
+            found.push(Lake {
+                on_earth: on_earth.iter().map(|ring| degrees(ring)).collect(),
+                ..Lake::new(on_lattice)
+            });
         }
     }
     if found.iter().all(|lake| lake.rings.is_empty()) {
         return Err(ReadError::unreadable(path, "it has no polygon"));
     }
     Ok(found)
+}
+
+/// Rings of one reference system in another.
+fn rings_in(rings: &[Vec<DVec2>], from: &Crs, to: &Crs) -> Result<Vec<Vec<DVec2>>, GeoReferenceError> {
+    let converted = |ring: &Vec<DVec2>| {
+        if from == to {
+            Ok(ring.clone())
+        } else {
+            converted(from, to, ring)
+        }
+    };
+    rings.iter().map(converted).collect()
+}
+
+/// A ring of longitudes and latitudes, to a centimetre on the ground; longitudes go on past the antimeridian.
+fn degrees(ring: &[DVec2]) -> Vec<[f64; 2]> {
+    let mut before = ring.first().map_or(0.0, |first| first.x);
+    let place = |&at: &DVec2| {
+        let at = nearest_turn(at, before);
+        before = at.x;
+        ((at * PLACES_IN_A_DEGREE).round() / PLACES_IN_A_DEGREE).to_array()
+    };
+    ring.iter().map(place).collect()
 }
 
 /// The rings of a polygon, or of all polygons of a collection.
@@ -107,6 +148,7 @@ impl Lake {
         Self {
             extent: [0, 1].map(|axis| low[axis].ceil() as i64..high[axis].floor() as i64 + 1),
             rings,
+            on_earth: Vec::new(),
             level: None,
         }
     }
@@ -116,13 +158,9 @@ impl Lake {
         [common(&self.extent[0], columns), common(&self.extent[1], rows)]
     }
 
-    /// Columns of a row of the lattice that are inside.
-    pub(super) fn runs(&self, row: i64) -> Vec<Range<i64>> {
-        let y = row as f64;
-        let mut crossings: Vec<f64> = self.rings.iter().flat_map(|ring| crossings(ring, y)).collect();
-        crossings.sort_by(f64::total_cmp);
-        let pairs = crossings.chunks_exact(2);
-        pairs.map(|pair| pair[0].ceil() as i64..pair[1].ceil() as i64).collect()
+    /// Columns of the lattice that are inside, for each of some rows.
+    fn runs(&self, rows: Range<i64>) -> Vec<Vec<Range<i64>>> {
+        water::runs(&self.rings, rows)
     }
 
     /// Makes a rectangle of samples level where it is inside.
@@ -134,24 +172,15 @@ impl Lake {
         if across.is_empty() {
             return;
         }
-        for row in down {
+        for (row, runs) in down.clone().zip(self.runs(down)) {
             let first = (row - rows.start) as usize * width;
-            for run in self.runs(row) {
+            for run in runs {
                 for column in common(&run, columns) {
                     heights[first + (column - columns.start) as usize] = level;
                 }
             }
         }
     }
-}
-
-/// Where a closed ring crosses a row.
-fn crossings(ring: &[DVec2], y: f64) -> impl Iterator<Item = f64> {
-    let next = ring.iter().cycle().skip(1);
-    ring.iter().zip(next).filter_map(move |(a, b)| {
-        let is_across = (a.y <= y) != (b.y <= y);
-        is_across.then(|| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y))
-    })
 }
 
 /// The level of the samples that `read` gives by columns and rows: their median; none where all are void.
@@ -167,9 +196,8 @@ pub(super) fn level(
         let strip = row..(row + ROWS_AT_ONCE).min(rows.end);
         let read = read([&columns, &strip])?;
         let width = (columns.end - columns.start) as usize;
-        for (line, row) in read.chunks_exact(width).zip(strip.clone()) {
-            let runs = lake.runs(row).into_iter();
-            let inside = runs.flat_map(|run| common(&run, &columns));
+        for (line, runs) in read.chunks_exact(width).zip(lake.runs(strip.clone())) {
+            let inside = runs.into_iter().flat_map(|run| common(&run, &columns));
             let there = inside.map(|column| line[(column - columns.start) as usize]);
             heights.extend(there.filter(|height| !height.is_nan()));
         }

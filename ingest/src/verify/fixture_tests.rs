@@ -290,6 +290,7 @@ fn metadata(tiles: &BTreeMap<TileAddress, Tile>) -> Metadata {
         },
         generator: "test".to_owned(),
         outside: terrain_tiles::outside::Outside::default(),
+        water: terrain_tiles::water::Water::default(),
         zooms: vec![zoom(0, [1, 0, 1, 0]), zoom(1, [2, 0, 3, 1])],
     }
 }

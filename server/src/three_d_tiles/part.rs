@@ -106,7 +106,7 @@ fn whole(tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> 
         address,
         Extensions {
             normals: true,
-            measured_triangles: false,
+            ..Extensions::default()
         },
     )?;
     glb(tileset, &TileSurface::whole_square(&mesh, address), Packing::Plain)

@@ -2,6 +2,7 @@
 
 use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION};
 use terrain_tiles::outside::Outside;
+use terrain_tiles::water::Water;
 
 /// One zoom over a degree at 0° N, 0° E.
 pub(crate) fn metadata() -> Metadata {
@@ -27,6 +28,7 @@ pub(crate) fn metadata() -> Metadata {
         },
         generator: "test".to_owned(),
         outside: Outside::default(),
+        water: Water::default(),
         zooms: Vec::new(),
     }
 }

@@ -1,7 +1,7 @@
 //! Quantized-mesh 1.0, the terrain tiles of CesiumJS, cesium-native and others: encoder here, decoder in [`decode`].
 //!
-//! After *quantized-mesh-1.0 terrain format*, Analytical Graphics 2013, with its extension 1 (oct-encoded normals) and
-//! one of ours, 200 (how many of the triangles are measured); `docs/formats/quantized-mesh.md` has the layout and says
+//! After *quantized-mesh-1.0 terrain format*, Analytical Graphics 2013, with its extensions 1 (oct-encoded normals) and 2 (water
+//! mask) and one of ours, 200 (how many of the triangles are measured); `docs/formats/quantized-mesh.md` has the layout and says
 //! how a tile of ours becomes one of these:
 //!
 //! ```text
@@ -65,6 +65,8 @@ pub struct QuantizedMesh {
     pub edges: [Vec<u32>; 4],
     /// A unit vector for each vertex, oct-encoded, Earth-centred; none where the tile has no such extension.
     pub normals: Option<Vec<[u8; 2]>>,
+    /// Where there is water, as [`crate::water::Water::mask`] has it; none where the tile has no such extension.
+    pub water_mask: Option<Vec<u8>>,
     /// How many of the triangles, from the first, are measured; the rest completes the square. Tiles of other makers do
     /// not say.
     pub measured_triangles: Option<u32>,

@@ -290,12 +290,40 @@ fn extensions_that_were_not_asked_for_are_not_there() {
         let asked = Extensions::named(names.split('-'));
         let there = decode(&encode(&mesh, asked), &QuantizedMeshLimits::default()).unwrap();
         assert_eq!(there.normals.is_some(), names.contains("octvertexnormals"), "{names}");
+        assert_eq!(there.water_mask, None, "{names}");
         assert_eq!(
             there.measured_triangles.is_some(),
             names.contains("measuredtriangles"),
             "{names}"
         );
     }
+}
+
+#[test]
+fn a_water_mask_is_a_byte_or_256_rows_of_256() {
+    let mut mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &Outside::Ellipsoid);
+    let asked = Extensions::named(["watermask"].into_iter());
+    let mixed: Vec<u8> = (0..256 * 256)
+        .map(|pixel| if pixel % 300 < 40 { 255 } else { 0 })
+        .collect();
+    for mask in [vec![0], vec![255], mixed] {
+        mesh.water_mask = Some(mask.clone());
+        let bytes = encode(&mesh, asked);
+        let length = (mask.len() as u32).to_le_bytes();
+        let head: Vec<u8> = [2].into_iter().chain(length).collect();
+        assert!(bytes.ends_with(&[head, mask.clone()].concat()));
+        let limits = QuantizedMeshLimits::default();
+        assert_eq!(decode(&bytes, &limits).unwrap().water_mask, Some(mask));
+        assert_eq!(
+            decode(&encode(&mesh, Extensions::default()), &limits)
+                .unwrap()
+                .water_mask,
+            None
+        );
+    }
+    mesh.water_mask = Some(vec![0; 255 * 255]);
+    let wrong = decode(&encode(&mesh, asked), &QuantizedMeshLimits::default());
+    assert_eq!(wrong, Err(QuantizedMeshError::BadExtension(2)));
 }
 
 #[test]

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use thiserror::Error;
 
-use super::encode::{MEASURED_EXTENSION, NORMALS_EXTENSION, SHORT_INDEX_VERTICES};
+use super::encode::{MEASURED_EXTENSION, NORMALS_EXTENSION, SHORT_INDEX_VERTICES, WATER_MASK_EXTENSION};
 use super::{EXTENT, QuantizedMesh, Vertex};
+use crate::water::MASK_SIDE;
 
 /// How much a tile may ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,6 +111,7 @@ fn read_header(input: &mut Input) -> Result<QuantizedMesh, QuantizedMeshError> {
         triangles: Vec::new(),
         edges: Default::default(),
         normals: None,
+        water_mask: None,
         measured_triangles: None,
     })
 }
@@ -194,6 +196,12 @@ fn read_extension(input: &mut Input, mesh: &mut QuantizedMesh) -> Result<(), Qua
                 return Err(QuantizedMeshError::BadExtension(id));
             }
             mesh.normals = Some(pairs.to_vec());
+        }
+        WATER_MASK_EXTENSION => {
+            if ![1, MASK_SIDE * MASK_SIDE].contains(&content.len()) {
+                return Err(QuantizedMeshError::BadExtension(id));
+            }
+            mesh.water_mask = Some(content.to_vec());
         }
         MEASURED_EXTENSION => {
             let count = content

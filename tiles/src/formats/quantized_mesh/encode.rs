@@ -1,10 +1,10 @@
 //! A [`QuantizedMesh`] as bytes.
 //!
 //! ```text
-//! ┌─────────┬───────┬─────┬─────┬─────────┬─────────┬───────┬─────────┬──────────────┬────────────┐
-//! │ header  │ u32   │ u,v,height│ 0 or 2  │ u32     │ 3 idx │ 4 × u32 │ extension 1  │ extension  │
-//! │ 88 B    │ count │ 6 B each  │ padding │ count   │ each  │ + idx   │ if asked for │ 200, too   │
-//! └─────────┴───────┴───────────┴─────────┴─────────┴───────┴─────────┴──────────────┴────────────┘
+//! ┌─────────┬───────┬───────────┬─────────┬─────────┬───────┬─────────┬──────────────────────────┐
+//! │ header  │ u32   │ u,v,height│ 0 or 2  │ u32     │ 3 idx │ 4 × u32 │ extensions 1, 2 and 200, │
+//! │ 88 B    │ count │ 6 B each  │ padding │ count   │ each  │ + idx   │ if asked for             │
+//! └─────────┴───────┴───────────┴─────────┴─────────┴───────┴─────────┴──────────────────────────┘
 //! ```
 
 use super::{QuantizedMesh, Vertex};
@@ -13,6 +13,8 @@ use super::{QuantizedMesh, Vertex};
 pub(super) const SHORT_INDEX_VERTICES: usize = 65_536;
 /// Extension: oct-encoded normals, two bytes a vertex.
 pub(super) const NORMALS_EXTENSION: u8 = 1;
+/// Extension: the water mask, one byte or 256 × 256.
+pub(super) const WATER_MASK_EXTENSION: u8 = 2;
 /// Extension of ours: the number of measured triangles, u32.
 pub(super) const MEASURED_EXTENSION: u8 = 200;
 
@@ -21,6 +23,8 @@ pub(super) const MEASURED_EXTENSION: u8 = 200;
 pub struct Extensions {
     /// `octvertexnormals`.
     pub normals: bool,
+    /// `watermask`.
+    pub water_mask: bool,
     /// `measuredtriangles`, ours.
     pub measured_triangles: bool,
 }
@@ -29,6 +33,7 @@ impl Extensions {
     /// All that there are.
     pub const ALL: Self = Self {
         normals: true,
+        water_mask: true,
         measured_triangles: true,
     };
 
@@ -37,6 +42,10 @@ impl Extensions {
     pub fn named<'a>(names: impl Iterator<Item = &'a str>) -> Self {
         names.fold(Self::default(), |asked, name| match name {
             "octvertexnormals" => Self { normals: true, ..asked },
+            "watermask" => Self {
+                water_mask: true,
+                ..asked
+            },
             "measuredtriangles" => Self {
                 measured_triangles: true,
                 ..asked
@@ -64,6 +73,9 @@ pub fn encode(mesh: &QuantizedMesh, extensions: Extensions) -> Vec<u8> {
     }
     if let Some(normals) = mesh.normals.as_ref().filter(|_| extensions.normals) {
         write_extension(&mut bytes, NORMALS_EXTENSION, normals.as_flattened());
+    }
+    if let Some(mask) = mesh.water_mask.as_ref().filter(|_| extensions.water_mask) {
+        write_extension(&mut bytes, WATER_MASK_EXTENSION, mask);
     }
     if let Some(measured) = mesh.measured_triangles.filter(|_| extensions.measured_triangles) {
         write_extension(&mut bytes, MEASURED_EXTENSION, &measured.to_le_bytes());

@@ -62,6 +62,7 @@ impl QuantizedMesh {
             vertices,
             triangles: surface.triangles,
             normals: Some(normals.into_iter().map(bounds::oct_encode).collect()),
+            water_mask: None,
             measured_triangles: Some(surface.measured),
         }
     }
