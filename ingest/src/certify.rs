@@ -372,7 +372,8 @@ impl Plane<'_> {
             worst.may_grow(size + between)
         };
         let [a, b, c] = self.corners;
-        let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).length()));
+        let level = a.normalize();
+        let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).cross(level).length()));
         let nearly = self.nearly(curvature, grid, margin);
         relief.visit_samples(grid, margin, may_matter, |at, height| {
             if !worst.may_grow(nearly.largest_difference(at, height)) {
