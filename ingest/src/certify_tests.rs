@@ -100,3 +100,24 @@ fn a_floor_changes_nothing_above_it_and_hides_what_is_below() {
         assert_eq!(error_beyond(&grid, &mesh, bound, whole), None);
     }
 }
+
+#[test]
+fn what_is_beyond_the_tip_of_a_wall_is_not_under_it() {
+    // Cells of a metre, and a wall of 300 m that is seven millimetres wide and ends at a sample.
+    let step = DVec2::new(1e-5, -1e-5);
+    let grid = HeightGrid {
+        georeference: GeoReference::wgs84(5, 5, DVec2::new(20.0, 0.0), step),
+        ..raster(5, vec![0.0; 25])
+    };
+    let place =
+        |column: f64, row: f64, height: f64| (DVec2::new(20.0, 0.0) + step * DVec2::new(column, row)).extend(height);
+    let wall = |tip: f64| Mesh {
+        positions: vec![place(2.0, tip, 0.0), place(1.997, 1.5, 300.0), place(2.004, 1.5, 300.0)],
+        triangles: vec![[0, 1, 2]],
+    };
+    let found = error_beyond(&grid, &wall(1.0003), Bound::Samples, 0.0);
+    assert!(found.is_none_or(|error| error < 0.2), "{found:?} m");
+    // The same wall ten centimetres further covers the sample, 60 m above it.
+    let covered = error(&grid, &wall(0.875), Bound::Samples);
+    assert!((covered - 60.0).abs() < 1.0, "{covered} m");
+}

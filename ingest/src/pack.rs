@@ -156,7 +156,7 @@ impl Pack<'_> {
                     outside,
                 )
             } else {
-                QuantizedMesh::unmeasured(address, outside)
+                QuantizedMesh::unmeasured(address, &[], outside)
             };
             mesh.water_mask = (!water.is_empty()).then(|| water.mask(address));
             self.folder.write(

@@ -55,8 +55,7 @@ impl TileRequest {
             Form::Progressive => checksum.map(|checksum| format!("{checksum:016x}")),
             Form::ThreeDTiles { part, .. } => part.tag(tileset, self.address),
             Form::QuantizedMesh { extensions, .. } => {
-                let is_root = self.address.zoom == 0;
-                let own = checksum.or(is_root.then_some(0))?;
+                let own = checksum.or_else(|| tileset.has_ground(self.address).then_some(0))?;
                 let checksum = tileset.checksum_with_surroundings(self.address, own);
                 let Extensions {
                     normals,

@@ -113,7 +113,13 @@ impl Tileset {
             .map_err(|error| TileError::Unreadable(error.to_string()))
     }
 
-    /// Both roots always have one, since every client starts from both.
+    /// Whether there is something to draw although nothing is measured: at the roots, since every client starts from both, and beside
+    /// tiles.
+    pub(crate) fn has_ground(&self, address: TileAddress) -> bool {
+        let mut around = addresses_around(address).into_iter();
+        address.zoom == 0 || around.any(|address| self.checksum(address).is_some())
+    }
+
     pub(crate) fn quantized_mesh(
         &self,
         address: TileAddress,
@@ -129,7 +135,9 @@ impl Tileset {
                 };
                 QuantizedMesh::from_tile(&tile, &beside, outside)
             }
-            None if address.zoom == 0 => QuantizedMesh::unmeasured(address, outside),
+            None if self.has_ground(address) => {
+                QuantizedMesh::unmeasured(address, &self.tiles_around(address)?, outside)
+            }
             None => return Err(TileError::Missing),
         };
         let is_wanted = extensions.water_mask && !water.is_empty();

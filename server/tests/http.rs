@@ -247,10 +247,22 @@ async fn other_pages_may_read_everything() {
 }
 
 #[tokio::test]
+async fn beside_the_data_is_ground_for_clients_and_no_tile_of_ours() {
+    let service = Service::new();
+    let beside = service.get("/square/1/0/1.terrain").await;
+    assert_eq!(beside.status, StatusCode::OK);
+    assert_ne!(
+        beside.header(header::ETAG),
+        service.get("/square/1/0/0.terrain").await.header(header::ETAG)
+    );
+    assert_eq!(service.get("/square/1/0/1.spt").await.status, StatusCode::NOT_FOUND);
+}
+
+#[tokio::test]
 async fn what_is_not_there_is_404_and_nonsense_is_400() {
     let service = Service::new();
     let cases = [
-        ("/square/1/1/0.terrain", 404, "tileset “square” has no tile 1/1/0"),
+        ("/square/2/0/0.terrain", 404, "tileset “square” has no tile 2/0/0"),
         ("/square/9/0/0.spt", 404, "tileset “square” has no tile 9/0/0"),
         ("/square/0/1/0.spt", 404, "tileset “square” has no tile 0/1/0"),
         (

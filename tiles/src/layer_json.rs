@@ -93,9 +93,25 @@ fn available(metadata: &Metadata, zoom: u8) -> Vec<Range> {
     }
     let here = metadata.zooms.iter().filter(|entry| entry.zoom == zoom);
     here.flat_map(|entry| &entry.available)
-        .copied()
+        .flat_map(|&rectangle| with_tiles_beside(zoom, rectangle))
         .map(Range::from)
         .collect()
+}
+
+/// A rectangle of tiles and those around it: what lies beside the data has to meet them where they end at a tile's side. Columns go on
+/// past the antimeridian.
+fn with_tiles_beside(zoom: u8, [start_x, start_y, end_x, end_y]: [u32; 4]) -> Vec<[u32; 4]> {
+    let (columns, rows) = (2_u32 << zoom, 1_u32 << zoom);
+    let (start_y, end_y) = (start_y.saturating_sub(1), (end_y + 1).min(rows - 1));
+    let mut rectangles = vec![[start_x.saturating_sub(1), start_y, (end_x + 1).min(columns - 1), end_y]];
+    let is_whole = start_x <= 1 && end_x + 2 >= columns;
+    if start_x == 0 && !is_whole {
+        rectangles.push([columns - 1, start_y, columns - 1, end_y]);
+    }
+    if end_x + 1 == columns && !is_whole {
+        rectangles.push([0, start_y, 0, end_y]);
+    }
+    rectangles
 }
 
 /// Longitudes end at ±180 here: data across the antimeridian are given the whole circle.

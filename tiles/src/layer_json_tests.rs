@@ -43,8 +43,8 @@ fn it_has_every_key_that_clients_demand() {
             "vertical": {"sourceDatum": "unspecified", "targetDatum": "unspecified", "transformation": "none"},
             "available": [
                 [range([0, 0, 1, 0])],
-                [range([0, 1, 0, 1])],
-                [range([1, 2, 1, 3]), range([2, 3, 2, 3])],
+                [range([0, 0, 1, 1]), range([3, 0, 3, 1])],
+                [range([0, 1, 2, 3]), range([1, 2, 3, 3])],
             ],
         })
     );

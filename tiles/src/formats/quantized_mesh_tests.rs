@@ -276,7 +276,7 @@ fn neighbours_agree_along_their_side() {
 fn the_bare_ellipsoid_is_valid_at_every_zoom() {
     for (zoom, cells) in [(0, 32), (1, 23), (2, 16), (5, 6), (10, 1), (14, 1)] {
         let address = address(zoom, 1, 0);
-        let mesh = QuantizedMesh::unmeasured(address, &Outside::Ellipsoid);
+        let mesh = QuantizedMesh::unmeasured(address, &[], &Outside::Ellipsoid);
         assert_eq!(validate(&mesh, address), Ok(()));
         assert_eq!(mesh.triangles.len(), 2 * cells * cells, "zoom {zoom}");
         assert_eq!((mesh.heights, mesh.measured_triangles), ([0.0, 0.0], Some(0)));
@@ -284,8 +284,62 @@ fn the_bare_ellipsoid_is_valid_at_every_zoom() {
 }
 
 #[test]
+fn what_is_beside_the_data_meets_them_where_they_end_at_a_side() {
+    let lines = even(16, 32_768.0);
+    let mesh = grid(&lines, &lines, |x, y| hills(x, y) + 4000.0, |_, _| true);
+    let data = tile(address(6, 63, 20), 15, &mesh);
+    let fine = through_bytes(&data);
+    let of_side = |mesh: &QuantizedMesh, at: TileAddress, side: Side| -> Vec<(f64, f64, f64)> {
+        let edge = mesh.edges[side as usize].iter();
+        let mut places: Vec<(f64, f64, f64)> = edge
+            .map(|&vertex| mesh.geodetic(at, vertex as usize))
+            .map(|place| (place.longitude, place.latitude, place.height))
+            .collect();
+        places.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        places
+    };
+    let field = HeightField {
+        bounds: [-180.0, -90.0, 180.0, 90.0],
+        columns: 3,
+        decimetres: vec![20_000; 9],
+    };
+    for outside in [Outside::Ellipsoid, Outside::Extend { field }] {
+        for (side, opposite) in [
+            (Side::South, Side::North),
+            (Side::West, Side::East),
+            (Side::North, Side::South),
+            (Side::East, Side::West),
+        ] {
+            let at = data.address.neighbour(side).unwrap();
+            let beside = QuantizedMesh::unmeasured(at, std::slice::from_ref(&data), &outside);
+            assert_eq!(validate(&beside, at), Ok(()), "{side:?}");
+            let (expected, found) = (of_side(&fine, data.address, side), of_side(&beside, at, opposite));
+            assert_eq!(expected.len(), found.len(), "{side:?}");
+            for (one, other) in expected.iter().zip(&found) {
+                let differences = [one.0 - other.0, one.1 - other.1, one.2 - other.2];
+                assert!(
+                    differences[0].abs() < 1e-9 && differences[1].abs() < 1e-9,
+                    "{one:?} {other:?}"
+                );
+                assert!(differences[2].abs() < 0.2, "{one:?} {other:?}");
+            }
+        }
+        // Across a corner, the corner alone is known.
+        let across = address(6, 62, 19);
+        let beside = QuantizedMesh::unmeasured(across, std::slice::from_ref(&data), &outside);
+        assert_eq!(validate(&beside, across), Ok(()));
+        let [corner, other] = [(address(6, 63, 20).west(), 3000.0), (across.west(), 0.0)].map(|(west, least)| {
+            let corners = of_side(&beside, across, Side::North);
+            let found = corners.into_iter().find(|place| (place.0 - west).abs() < 1e-9).unwrap();
+            (found.2, least)
+        });
+        assert!(corner.0 > corner.1 && other.0 < 3000.0, "{corner:?} {other:?}");
+    }
+}
+
+#[test]
 fn extensions_that_were_not_asked_for_are_not_there() {
-    let mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &Outside::Ellipsoid);
+    let mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &[], &Outside::Ellipsoid);
     for names in ["", "watermask", "octvertexnormals", "metadata-measuredtriangles"] {
         let asked = Extensions::named(names.split('-'));
         let there = decode(&encode(&mesh, asked), &QuantizedMeshLimits::default()).unwrap();
@@ -301,7 +355,7 @@ fn extensions_that_were_not_asked_for_are_not_there() {
 
 #[test]
 fn a_water_mask_is_a_byte_or_256_rows_of_256() {
-    let mut mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &Outside::Ellipsoid);
+    let mut mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &[], &Outside::Ellipsoid);
     let asked = Extensions::named(["watermask"].into_iter());
     let mixed: Vec<u8> = (0..256 * 256)
         .map(|pixel| if pixel % 300 < 40 { 255 } else { 0 })
@@ -328,7 +382,7 @@ fn a_water_mask_is_a_byte_or_256_rows_of_256() {
 
 #[test]
 fn a_tile_of_two_triangles_has_the_bytes_of_the_specification() {
-    let mesh = QuantizedMesh::unmeasured(address(12, 4_096, 2_048), &Outside::Ellipsoid);
+    let mesh = QuantizedMesh::unmeasured(address(12, 4_096, 2_048), &[], &Outside::Ellipsoid);
     let bytes = encode(&mesh, Extensions::default());
     assert_eq!(bytes.len(), 88 + (4 + 4 * 6) + (4 + 6 * 2) + 4 * (4 + 2 * 2));
     assert_eq!(bytes[88..92], [4, 0, 0, 0], "vertices");
@@ -401,7 +455,7 @@ fn is_behind_unit_sphere(viewer: DVec3, target: DVec3) -> bool {
 #[test]
 fn flat_ground_has_the_ellipsoids_normals() {
     let address = address(6, 70, 50);
-    let mesh = QuantizedMesh::unmeasured(address, &Outside::Ellipsoid);
+    let mesh = QuantizedMesh::unmeasured(address, &[], &Outside::Ellipsoid);
     for (index, &bytes) in mesh.normals.as_ref().unwrap().iter().enumerate() {
         let place = mesh.geodetic(address, index);
         let up = normal(place.longitude, place.latitude);

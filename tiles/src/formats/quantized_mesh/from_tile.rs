@@ -21,11 +21,16 @@ impl QuantizedMesh {
         Self::from_surface(tile.address, surface, outside)
     }
 
-    /// What is `outside` over the square of `address`, where nothing is measured.
+    /// What is `outside` over the square of `address`, where nothing is measured; along its sides, what the tiles `beside` it have there.
     #[must_use]
-    pub fn unmeasured(address: TileAddress, outside: &Outside) -> Self {
-        let nothing = terrain_core::Mesh::default();
-        Self::from_surface(address, square::complete(&nothing, &[], 1, address, outside), outside)
+    pub fn unmeasured(address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
+        let shared = beside.iter().flat_map(|tile| {
+            let mesh = tile.surface(tile.finest());
+            let normals = shared_normals(tile, &mesh, beside);
+            let surface = square::complete(&mesh, &normals, tile.extent_bits, tile.address, outside);
+            square::seen_from(address, tile.address, surface.points)
+        });
+        Self::from_surface(address, square::unmeasured(address, shared.collect(), outside), outside)
     }
 
     fn from_surface(address: TileAddress, surface: CompletedSquare, outside: &Outside) -> Self {

@@ -4,6 +4,7 @@
 //! area   ← vectors of a tile's triangles as long as their areas, summed at each vertex
 //! wide   ← at a vertex on a side, also those at the vertices beside it: its own triangles are slivers of the strip
 //! side   ← the wide sums of all tiles at the place, in the order of their addresses: bit-equal in all of them
+//! pole   ← the ellipsoid's normal
 //! inner  ← at vertices across the strip from a side, the mean of the side's normals there: no edge shows in the shading
 //! ```
 
@@ -115,7 +116,12 @@ fn side_normals(own: &Shaded, beside: &[Tile]) -> HashMap<Place, DVec3> {
         .iter()
         .zip(&own.is_on_side)
         .filter(|&(_, is_on_side)| *is_on_side);
+    let rows = i128::from(1_u64 << own.address.zoom) << PLACE_BITS;
     let summed = |&place: &Place| {
+        // At a pole, triangles are slivers, and vertices of all tiles are at one place.
+        if place[1] == 0 || place[1] == rows {
+            return Some((place, if place[1] == 0 { DVec3::NEG_Z } else { DVec3::Z }));
+        }
         // The antimeridian is the first column and the one after the last.
         let turned = [[place[0] + columns, place[1]], [place[0] - columns, place[1]]];
         let all = tiles.iter().flat_map(|(_, wide)| {

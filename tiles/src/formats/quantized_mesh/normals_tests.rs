@@ -105,3 +105,15 @@ fn tiles_around_are_those_of_the_scheme() {
         [1, 5, 5, 8]
     );
 }
+
+#[test]
+fn at_a_pole_all_tiles_have_the_normal_of_the_ellipsoid() {
+    for (y, expected) in [(0, DVec3::NEG_Z), (7, DVec3::Z)] {
+        let tile = tile(3, 5, y);
+        let row = i128::from(if y == 0 { 0 } else { 8_u32 }) << PLACE_BITS;
+        let normals = shaded(&tile);
+        let at_pole: Vec<_> = normals.into_iter().filter(|(place, _)| place[1] == row).collect();
+        assert_eq!(at_pole.len(), 11);
+        assert!(at_pole.iter().all(|&(_, normal)| normal == expected), "{at_pole:?}");
+    }
+}

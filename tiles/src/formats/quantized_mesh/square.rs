@@ -88,6 +88,49 @@ pub(super) fn complete(
     }
 }
 
+/// The square of `address`, where nothing is measured but points that tiles beside it have on its sides.
+pub(super) fn unmeasured(address: TileAddress, shared: Vec<Point>, outside: &Outside) -> CompletedSquare {
+    let sides = [0, EXTENT];
+    // A tile beside has all its points of a side here, but one across a corner has the corner alone.
+    let has = |is_on: &dyn Fn(&Point) -> bool| shared.iter().any(is_on);
+    let columns = sides.map(|side| has(&|point| point.u == side && !sides.contains(&point.v)));
+    let rows = sides.map(|side| has(&|point| point.v == side && !sides.contains(&point.u)));
+    let is_shared =
+        |[u, v]: [u16; 2]| (0..2).any(|end| u == sides[end] && columns[end] || v == sides[end] && rows[end]);
+    let nothing = Outline::of(&[], &[], &[]);
+    let ground = ground_points(&nothing, ground_cells(address, outside.detail())).filter(|&place| !is_shared(place));
+    let own = ground.map(|[u, v]| Point {
+        u,
+        v,
+        height: outside.height_in(address, [u, v], EXTENT),
+        normal: None,
+    });
+    let mut known = HashSet::new();
+    let points: Vec<Point> = shared
+        .into_iter()
+        .chain(own)
+        .filter(|point| known.insert((point.u, point.v)))
+        .collect();
+    let triangles = triangulate(&points, &[], &[]);
+    CompletedSquare::beside(points, Vec::new(), triangles)
+}
+
+/// Those of a tile's points that are on the sides of another one beside it, in that one's coordinates.
+pub(super) fn seen_from(from: TileAddress, tile: TileAddress, points: Vec<Point>) -> impl Iterator<Item = Point> {
+    let columns = 2_i64 << from.zoom;
+    let east = (i64::from(tile.x) - i64::from(from.x) + columns / 2).rem_euclid(columns) - columns / 2;
+    let north = i64::from(tile.y) - i64::from(from.y);
+    let moved = move |coordinate: u16, squares: i64| {
+        u16::try_from(i64::from(coordinate) + squares * i64::from(EXTENT))
+            .ok()
+            .filter(|&coordinate| coordinate <= EXTENT)
+    };
+    points.into_iter().filter_map(move |point| {
+        let (u, v) = (moved(point.u, east)?, moved(point.v, north)?);
+        Some(Point { u, v, ..point })
+    })
+}
+
 impl CompletedSquare {
     fn measured(points: Vec<Point>, triangles: Vec<[u32; 3]>) -> Self {
         Self {
