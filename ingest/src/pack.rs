@@ -1,13 +1,16 @@
 //! Packs: an archive's tiles as files that other programs read without a server.
 //!
 //! ```text
-//! archive ─▶ choose tiles: those above max_zoom that meet bbox, and both roots
+//! archive ─▶ choose tiles: by place, zoom and error; and both roots
 //!         ─▶ each tile, with those around it for its normals ─▶ its file, as the server would send it
 //!         ─▶ a document that names exactly these
 //! ```
 
+mod choice;
 mod folder;
 mod mbtiles;
+mod mesh_tiles;
+mod rasters;
 pub mod simulator;
 mod stored;
 mod three_tz;
@@ -15,7 +18,7 @@ mod unusable;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rayon::prelude::*;
@@ -26,7 +29,9 @@ use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::{Metadata, Zoom};
+use terrain_tiles::raster_dem::RasterForm;
 
+pub use self::choice::Choice;
 use self::folder::Folder;
 pub use self::unusable::Unusable;
 
@@ -39,19 +44,14 @@ pub enum Format {
     ThreeDTiles,
     /// The files of `QuantizedMesh` in one database, MBTiles.
     QuantizedMeshDatabase,
+    /// The files of `QuantizedMesh` in one, PMTiles.
+    QuantizedMeshFile,
     /// The files of `ThreeDTiles` in one, a 3D Tiles archive.
     ThreeDTilesArchive,
+    /// Raster tiles of heights in one file, PMTiles.
+    Rasters(RasterForm),
     /// Meshes, heightmaps and worlds in a local frame, of the finest zoom alone.
     Simulator(simulator::Options),
-}
-
-/// Which tiles go into a pack.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Choice {
-    /// West, south, east, north in degrees that they must meet; east may exceed 180.
-    pub bbox: Option<[f64; 4]>,
-    /// The finest zoom.
-    pub max_zoom: Option<u8>,
 }
 
 /// What was written.
@@ -65,83 +65,116 @@ pub struct Report {
     pub bytes: u64,
 }
 
-/// Writes the `chosen` tiles of `archive` as the folder or file `output`, which must not be there yet, and is there when it is whole.
+/// Writes the part of `archive` that `choice` means as the folder or file `output`, which must not be there yet, and is there when it
+/// is whole.
 ///
 /// # Errors
 /// Where the archive cannot be read, or the output not be written; [`Unusable`] where the archive does not have what is asked for.
-pub fn write(
-    archive: &Reader,
-    format: Format,
-    chosen: &BTreeSet<TileAddress>,
-    output: &Path,
-) -> anyhow::Result<Report> {
+pub fn write(archive: &Reader, format: Format, choice: &Choice, output: &Path) -> anyhow::Result<Report> {
     let parent = output.parent().filter(|folder| !folder.as_os_str().is_empty());
     let parent = parent.unwrap_or(Path::new("."));
     let part = tempfile::Builder::new().prefix(".pack-").tempdir_in(parent);
     let part = part.with_context(|| parent.display().to_string())?;
-    let pack = Pack {
-        archive,
-        chosen,
-        folder: Folder::new(part.path().join("whole")),
-    };
-    let tiles = match format {
-        Format::QuantizedMesh | Format::QuantizedMeshDatabase => pack.quantized_mesh(),
-        Format::ThreeDTiles | Format::ThreeDTilesArchive => pack.three_d_tiles(),
-        Format::Simulator(options) => simulator::write(archive, chosen, options, &pack.folder),
-    }?;
-    let written = pack.folder.written();
-    let (folder, file) = (pack.folder.path(), part.path().join("file"));
-    let (whole, files, bytes) = match format {
-        Format::QuantizedMeshDatabase => {
-            mbtiles::write(folder, pack.with_roots().into_iter(), &pack.metadata(), &file)?;
-            (&*file, 1, fs::metadata(&file)?.len())
-        }
-        Format::ThreeDTilesArchive => {
-            three_tz::write(folder, written.keys().map(String::as_str), &file)?;
-            (&*file, 1, fs::metadata(&file)?.len())
-        }
-        _ => (folder, written.len(), written.values().map(|file| file.bytes).sum()),
-    };
+    let (whole, report) = write_in(part.path(), archive, format, choice)?;
     fs::rename(whole, output).with_context(|| output.display().to_string())?;
-    Ok(Report { tiles, files, bytes })
+    Ok(report)
 }
 
-impl Choice {
-    /// The tiles of `archive` that it means.
-    #[must_use]
-    pub fn tiles(&self, archive: &Reader) -> BTreeSet<TileAddress> {
-        let is_chosen = |address: &TileAddress| {
-            self.max_zoom.is_none_or(|zoom| address.zoom <= zoom) && self.bbox.is_none_or(|bbox| meets(*address, bbox))
-        };
-        archive.addresses().filter(is_chosen).collect()
+/// Writes it in a folder of its own. Gives where it is.
+fn write_in(part: &Path, archive: &Reader, format: Format, choice: &Choice) -> anyhow::Result<(PathBuf, Report)> {
+    let pack = || Pack::new(archive, choice, part.join("whole"));
+    let file = part.join("file");
+    match format {
+        Format::Rasters(form) => {
+            let tiles = rasters::write(archive, form, choice, &file)?;
+            one_file(file, tiles)
+        }
+        Format::QuantizedMesh => pack()?.quantized_mesh()?.as_folder(),
+        Format::QuantizedMeshDatabase | Format::QuantizedMeshFile => {
+            let pack = pack()?.quantized_mesh()?;
+            let (folder, addresses) = (pack.folder.path(), pack.with_roots().into_iter());
+            if format == Format::QuantizedMeshDatabase {
+                mbtiles::write(folder, addresses, &pack.metadata(), &file)?;
+            } else {
+                mesh_tiles::write(folder, addresses, &pack.metadata(), &file)?;
+            }
+            one_file(file, pack.chosen.len())
+        }
+        Format::ThreeDTiles => pack()?.three_d_tiles()?.as_folder(),
+        Format::ThreeDTilesArchive => {
+            let pack = pack()?.three_d_tiles()?;
+            let written = pack.folder.written();
+            three_tz::write(pack.folder.path(), written.keys().map(String::as_str), &file)?;
+            one_file(file, pack.chosen.len())
+        }
+        Format::Simulator(options) => {
+            let mut pack = pack()?;
+            pack.chosen = finest(&pack.chosen);
+            simulator::write(archive, &pack.chosen, choice, options, &pack.folder)?;
+            pack.as_folder()
+        }
     }
 }
 
-/// Whether a tile's square meets a box by more than its side.
-fn meets(address: TileAddress, [west, south, east, north]: [f64; 4]) -> bool {
-    let (near, low, side) = (address.west(), address.south(), address.degrees());
-    let is_across = [-360.0, 0.0, 360.0]
+/// Those of the finest zoom.
+fn finest(tiles: &BTreeSet<TileAddress>) -> BTreeSet<TileAddress> {
+    let zoom = tiles.iter().map(|address| address.zoom).max();
+    tiles
         .iter()
-        .any(|turn| near + turn < east && near + turn + side > west);
-    is_across && low < north && low + side > south
+        .copied()
+        .filter(|address| Some(address.zoom) == zoom)
+        .collect()
+}
+
+fn one_file(file: PathBuf, tiles: usize) -> anyhow::Result<(PathBuf, Report)> {
+    let bytes = fs::metadata(&file)?.len();
+    Ok((file, Report { tiles, files: 1, bytes }))
+}
+
+/// The tiles of the archive that are meant.
+fn chosen(archive: &Reader, choice: &Choice) -> Result<BTreeSet<TileAddress>, Unusable> {
+    let metadata = archive.metadata();
+    let finest = choice.finest_zoom(metadata.max_zoom, |zoom| metadata.finest_error(zoom))?;
+    let chosen: BTreeSet<TileAddress> = choice.tiles(archive).filter(|address| address.zoom <= finest).collect();
+    if chosen.is_empty() {
+        return Err(Unusable("the archive has no tile there".to_owned()));
+    }
+    Ok(chosen)
 }
 
 /// A pack while it is written.
 struct Pack<'a> {
     archive: &'a Reader,
-    chosen: &'a BTreeSet<TileAddress>,
+    chosen: BTreeSet<TileAddress>,
     folder: Folder,
 }
 
-impl Pack<'_> {
+impl<'a> Pack<'a> {
+    fn new(archive: &'a Reader, choice: &Choice, folder: PathBuf) -> Result<Self, Unusable> {
+        Ok(Self {
+            archive,
+            chosen: chosen(archive, choice)?,
+            folder: Folder::new(folder),
+        })
+    }
+
+    fn as_folder(&self) -> anyhow::Result<(PathBuf, Report)> {
+        let written = self.folder.written();
+        let report = Report {
+            tiles: self.chosen.len(),
+            files: written.len(),
+            bytes: written.values().map(|file| file.bytes).sum(),
+        };
+        Ok((self.folder.path().to_owned(), report))
+    }
+
     /// The chosen tiles and both roots, from which clients start.
     fn with_roots(&self) -> BTreeSet<TileAddress> {
         let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
         self.chosen.iter().copied().chain(roots).collect()
     }
 
-    /// Gives how many tiles there are.
-    fn quantized_mesh(&self) -> anyhow::Result<usize> {
+    fn quantized_mesh(self) -> anyhow::Result<Self> {
         let Metadata { outside, water, .. } = self.archive.metadata();
         let extensions = Extensions {
             normals: true,
@@ -167,11 +200,10 @@ impl Pack<'_> {
         let name = self.archive.metadata().source.files.join(", ");
         let layer = LayerJson::new(&name, &format!("{:032x}", self.archive.version()), &self.metadata());
         self.folder.write("layer.json", &serde_json::to_vec(&layer)?)?;
-        Ok(self.chosen.len())
+        Ok(self)
     }
 
-    /// Gives how many tiles there are.
-    fn three_d_tiles(&self) -> anyhow::Result<usize> {
+    fn three_d_tiles(self) -> anyhow::Result<Self> {
         self.chosen.par_iter().try_for_each(|&address| {
             let surface = TileSurface::measured(
                 &stored::tile(self.archive, address)?,
@@ -189,7 +221,7 @@ impl Pack<'_> {
         roots
             .copied()
             .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))?;
-        Ok(self.chosen.len())
+        Ok(self)
     }
 
     fn write_document(&self, path: &str, root: Option<TileAddress>) -> anyhow::Result<()> {
@@ -211,7 +243,7 @@ impl Pack<'_> {
         let whole = self.archive.metadata();
         let max_zoom = self.chosen.iter().map(|address| address.zoom).max().unwrap_or(0);
         let of_zoom = |zoom: &Zoom| Zoom {
-            available: rectangles(self.chosen, zoom.zoom),
+            available: rectangles(&self.chosen, zoom.zoom),
             ..zoom.clone()
         };
         let zooms = whole.zooms.iter().filter(|zoom| zoom.zoom <= max_zoom);

@@ -54,7 +54,7 @@ const HOMES: [(&str, &[&str]); 18] = [
             "ingest/src/georeference/projection.rs",
         ],
     ),
-    ("pmtiles", &["tiles/src/archive.rs"]),
+    ("pmtiles", &["tiles/src/archive.rs", "tiles/src/tile_file.rs"]),
     (
         "ply_rs_bw",
         &["tiles/src/formats/ply.rs", "ingest/src/verify/mesh_file.rs"],

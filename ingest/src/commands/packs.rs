@@ -25,15 +25,9 @@ pub(super) fn write_pack(arguments: &PackArgs) -> Result<(), Failure> {
     let choice = Choice {
         bbox: arguments.bbox,
         max_zoom: arguments.max_zoom,
+        max_error: arguments.max_error,
     };
-    let chosen = choice.tiles(&archive);
-    if chosen.is_empty() {
-        return Err(Failure::Input(anyhow!(
-            "{}: it has no tile there",
-            arguments.archive.display()
-        )));
-    }
-    let report = pack::write(&archive, arguments.format(), &chosen, &arguments.output).map_err(|error| {
+    let report = pack::write(&archive, arguments.format(), &choice, &arguments.output).map_err(|error| {
         if error.is::<Unusable>() {
             Failure::Input(error)
         } else {
