@@ -6,7 +6,9 @@
 //!         ─▶ a document that names exactly these
 //! ```
 
+mod area;
 mod choice;
+mod difference;
 mod folder;
 mod mbtiles;
 mod mesh_tiles;
@@ -15,6 +17,7 @@ pub mod simulator;
 mod stored;
 mod three_tz;
 mod unusable;
+mod whole;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -31,9 +34,12 @@ use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::{Metadata, Zoom};
 use terrain_tiles::raster_dem::RasterForm;
 
+pub use self::area::Area;
 pub use self::choice::Choice;
-use self::folder::Folder;
+pub use self::difference::{Difference, apply};
+use self::folder::{Folder, sizes};
 pub use self::unusable::Unusable;
+use self::whole::write_whole;
 
 /// What files a pack is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +60,13 @@ pub enum Format {
     Simulator(simulator::Options),
 }
 
+impl Format {
+    fn is_one_file(self) -> bool {
+        use Format::{QuantizedMesh, Simulator, ThreeDTiles};
+        !matches!(self, QuantizedMesh | ThreeDTiles | Simulator(_))
+    }
+}
+
 /// What was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Report {
@@ -63,21 +76,46 @@ pub struct Report {
     pub files: usize,
     /// Bytes of all files.
     pub bytes: u64,
+    /// How it differs from an older pack, where that alone was written.
+    #[serde(flatten)]
+    pub difference: Option<Difference>,
 }
 
 /// Writes the part of `archive` that `choice` means as the folder or file `output`, which must not be there yet, and is there when it
-/// is whole.
+/// is whole; of `since`, an older pack, the difference alone, a folder from which [`apply`] makes the pack.
 ///
 /// # Errors
 /// Where the archive cannot be read, or the output not be written; [`Unusable`] where the archive does not have what is asked for.
-pub fn write(archive: &Reader, format: Format, choice: &Choice, output: &Path) -> anyhow::Result<Report> {
-    let parent = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let parent = parent.unwrap_or(Path::new("."));
-    let part = tempfile::Builder::new().prefix(".pack-").tempdir_in(parent);
-    let part = part.with_context(|| parent.display().to_string())?;
-    let (whole, report) = write_in(part.path(), archive, format, choice)?;
-    fs::rename(whole, output).with_context(|| output.display().to_string())?;
-    Ok(report)
+pub fn write(
+    archive: &Reader,
+    format: Format,
+    choice: &Choice,
+    since: Option<&Path>,
+    output: &Path,
+) -> anyhow::Result<Report> {
+    if since.is_some_and(|old| !old.is_dir()) || since.is_some() && format.is_one_file() {
+        let reason = "--since needs an older pack of many files: folder, 3d-tiles or sim";
+        return Err(Unusable(reason.to_owned()).into());
+    }
+    write_whole(output, |part| {
+        let (whole, report) = write_in(part, archive, format, choice)?;
+        match since {
+            Some(old) => only_difference(old, &whole, &part.join("difference"), report),
+            None => Ok((whole, report)),
+        }
+    })
+}
+
+fn only_difference(old: &Path, whole: &Path, output: &Path, report: Report) -> anyhow::Result<(PathBuf, Report)> {
+    let difference = difference::write(old, whole, output)?;
+    let written = sizes(output)?;
+    let report = Report {
+        files: written.len(),
+        bytes: written.values().sum(),
+        difference: Some(difference),
+        ..report
+    };
+    Ok((output.to_owned(), report))
 }
 
 /// Writes it in a folder of its own. Gives where it is.
@@ -103,7 +141,7 @@ fn write_in(part: &Path, archive: &Reader, format: Format, choice: &Choice) -> a
         Format::ThreeDTiles => pack()?.three_d_tiles()?.as_folder(),
         Format::ThreeDTilesArchive => {
             let pack = pack()?.three_d_tiles()?;
-            let written = pack.folder.written();
+            let written = sizes(pack.folder.path())?;
             three_tz::write(pack.folder.path(), written.keys().map(String::as_str), &file)?;
             one_file(file, pack.chosen.len())
         }
@@ -128,14 +166,23 @@ fn finest(tiles: &BTreeSet<TileAddress>) -> BTreeSet<TileAddress> {
 
 fn one_file(file: PathBuf, tiles: usize) -> anyhow::Result<(PathBuf, Report)> {
     let bytes = fs::metadata(&file)?.len();
-    Ok((file, Report { tiles, files: 1, bytes }))
+    let report = Report {
+        tiles,
+        files: 1,
+        bytes,
+        difference: None,
+    };
+    Ok((file, report))
 }
 
 /// The tiles of the archive that are meant.
 fn chosen(archive: &Reader, choice: &Choice) -> Result<BTreeSet<TileAddress>, Unusable> {
     let metadata = archive.metadata();
+    // Coarse tiles reach far beyond what they have.
+    choice.bounds(metadata.bounds)?;
     let finest = choice.finest_zoom(metadata.max_zoom, |zoom| metadata.finest_error(zoom))?;
-    let chosen: BTreeSet<TileAddress> = choice.tiles(archive).filter(|address| address.zoom <= finest).collect();
+    let mut chosen = choice.tiles(archive);
+    chosen.retain(|address| address.zoom <= finest);
     if chosen.is_empty() {
         return Err(Unusable("the archive has no tile there".to_owned()));
     }
@@ -159,11 +206,12 @@ impl<'a> Pack<'a> {
     }
 
     fn as_folder(&self) -> anyhow::Result<(PathBuf, Report)> {
-        let written = self.folder.written();
+        let written = sizes(self.folder.path())?;
         let report = Report {
             tiles: self.chosen.len(),
             files: written.len(),
-            bytes: written.values().map(|file| file.bytes).sum(),
+            bytes: written.values().sum(),
+            difference: None,
         };
         Ok((self.folder.path().to_owned(), report))
     }

@@ -45,7 +45,8 @@ def pack(*options: str) -> Path:
 @functools.cache
 def one_file(format: str, *options: str) -> Path:
     """A pack of another format."""
-    path = folder() / "-".join([format, *options]).replace("--", "").replace(",", "_")
+    words = [Path(word).name for word in (format, *options)]
+    path = folder() / "-".join(words).replace("--", "").replace(",", "_")
     run("pack", archive(), "--format", format, *options, "-o", path)
     return path
 

@@ -1,8 +1,15 @@
 """Raster tiles of heights, by the package that reads PMTiles and by Pillow: within what they say of the DEM."""
 
 import io
+import json
 import math
+import socket
+import subprocess
+import time
 import unittest
+import urllib.error
+import urllib.request
+from pathlib import Path
 
 import numpy
 import pmtiles.reader
@@ -13,6 +20,7 @@ from PIL import Image
 
 import pack
 
+SERVER = Path(pack.PROGRAM).with_name("terrain-server")
 # Metres along a side of the square of Web Mercator.
 WORLD = 2 * math.pi * 6378137
 TO_DEGREES = pyproj.Transformer.from_crs(3857, 4326, always_xy=True)
@@ -30,10 +38,28 @@ def packs():
         yield Rasters(pack.one_file(encoding, "--image", image, "--tile-size", str(size)))
 
 
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+def fetched(url: str) -> bytes:
+    """What is at an address, as soon as anybody listens there."""
+    for _ in range(100):
+        try:
+            with urllib.request.urlopen(url) as answer:
+                return answer.read()
+        except urllib.error.HTTPError:
+            raise
+        except urllib.error.URLError:
+            time.sleep(0.1)
+    raise TimeoutError(url)
+
+
 class Rasters:
     def __init__(self, path):
-        self.file = path.read_bytes()
-        source = pmtiles.reader.MemorySource(self.file)
+        self.source = source = pmtiles.reader.MemorySource(path.read_bytes())
         reader = pmtiles.reader.Reader(source)
         self.header, self.metadata = reader.header(), reader.metadata()
         self.size = self.metadata["tileSize"]
@@ -121,6 +147,19 @@ class HeightsOfRasters(unittest.TestCase):
             self.assertEqual((metadata["minzoom"], metadata["maxzoom"]), (header["min_zoom"], header["max_zoom"]))
             self.assertEqual(metadata["attribution"], pack.DEM.name)
             self.assertTrue(metadata["heights_above"])
+
+    def test_tiles_are_those_of_the_server(self):
+        port = free_port()
+        server = subprocess.Popen([SERVER, pack.archive(), "--listen", f"127.0.0.1:{port}"], stderr=subprocess.DEVNULL)
+        self.addCleanup(server.wait)
+        self.addCleanup(server.terminate)
+        url = f"http://127.0.0.1:{port}/{pack.archive().stem}"
+        for (encoding, image, size), rasters in zip(FORMS, packs(), strict=True):
+            said = json.loads(fetched(f"{url}/{encoding}.json?size={size}&format={image}"))
+            for key in ("encoding", "tileSize", "minzoom", "maxzoom", "bounds", "attribution", "heights_above", "zooms"):
+                self.assertEqual(rasters.metadata[key], said[key], key)
+            for (zoom, x, y), file in list(pmtiles.reader.all_tiles(rasters.source))[::4]:
+                self.assertEqual(fetched(f"{url}/{encoding}/{zoom}/{x}/{y}.{image}?size={size}"), file)
 
     def test_under_voids_are_heights_of_what_is_around(self):
         path = pack.folder() / "holes.tif"

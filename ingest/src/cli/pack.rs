@@ -19,6 +19,8 @@ Examples:
   terrain-ingest pack alps.pmtiles --format pmtiles-qm -o alps-qm.pmtiles
   terrain-ingest pack alps.pmtiles --format terrarium -o alps-terrarium.pmtiles            for MapLibre
   terrain-ingest pack alps.pmtiles --format folder --max-error 20 -o alps-20m
+  terrain-ingest pack alps.pmtiles --format folder --polygon park.geojson -o park
+  terrain-ingest pack alps.pmtiles --format folder --since monday -o changes && terrain-ingest apply monday changes -o tuesday
   terrain-ingest pack alps.pmtiles --format sim --bbox 7.6,45.9,7.8,46.1 -o zermatt    for Gazebo, MuJoCo, Isaac Sim, PyBullet
   terrain-ingest pack alps.pmtiles --format sim --bbox 7,45,8,46 --size 2049 --spacing 10 --origin 7.66,45.98 -o valais
 
@@ -45,6 +47,13 @@ pub(crate) struct PackArgs {
     /// Tiles that meet this box in degrees, and those above them; all if not given. East exceeds 180 across the antimeridian.
     #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
     pub(crate) bbox: Option<[f64; 4]>,
+    /// Tiles that touch a polygon of this file: GeoJSON, Shapefile or FlatGeobuf, in any coordinate reference system.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) polygon: Option<PathBuf>,
+    /// Write only what changed since this older pack, for folder, 3d-tiles and sim: a folder with those files and a list of all;
+    /// `terrain-ingest apply` makes the pack of it.
+    #[arg(long, value_name = "OLD")]
+    pub(crate) since: Option<PathBuf>,
     /// The finest zoom, for terrarium and mapbox of Web Mercator; all if not given.
     #[arg(long, value_name = "ZOOM")]
     pub(crate) max_zoom: Option<u8>,
@@ -69,6 +78,25 @@ pub(crate) struct PackArgs {
     pub(crate) spacing: Option<f64>,
     /// Folder to write, or file where the format is one, which must not be there yet.
     #[arg(short, long, value_name = "FOLDER|FILE")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// A newer pack of an older one.
+///
+/// Every file is compared with the list in the difference; nothing is written where the older pack is another than that which the
+/// difference was made from.
+#[derive(Args)]
+pub(crate) struct ApplyArgs {
+    /// The older pack.
+    #[arg(value_name = "OLD")]
+    pub(crate) old: PathBuf,
+    /// What `terrain-ingest pack --since OLD` wrote.
+    #[arg(value_name = "DIFFERENCE")]
+    pub(crate) difference: PathBuf,
+    /// Folder to write, which must not be there yet.
+    #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,

@@ -12,7 +12,6 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde_json::json;
-use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::raster_dem::image::Format;
 use terrain_tiles::raster_dem::{RasterForm, mercator};
@@ -64,7 +63,7 @@ pub(super) fn write(archive: &Reader, form: RasterForm, choice: &Choice, output:
 /// Those over tiles of the archive, so that where it has none no zoom is filled with nothing.
 fn tiles(archive: &Reader, form: RasterForm, choice: &Choice, finest: u8) -> BTreeSet<SquareTile> {
     let metadata = archive.metadata();
-    let there: Vec<TileAddress> = choice.tiles(archive).collect();
+    let there = choice.tiles(archive);
     let of_zoom = |zoom| {
         let surface = form.surface_zoom(metadata, zoom);
         let surfaces = there.iter().filter(move |address| address.zoom == surface);

@@ -31,7 +31,7 @@ use self::grid::Grid;
 use self::manifest::Manifest;
 use self::pieces::Pieces;
 use super::choice::Choice;
-use super::folder::Folder;
+use super::folder::{Folder, sums};
 
 /// What a pack for simulators is to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,7 +77,7 @@ pub(super) fn write(
     folder.stream("mujoco.xml", |out| Ok(worlds::write_mjcf(out, &heightmaps)?))?;
     let paths = || pieces.records.iter().map(|record| &*record.path);
     folder.stream("terrain.usda", |out| Ok(usd::write_stage(out, paths())?))?;
-    let files = folder.written();
+    let files = sums(folder.path())?;
     let manifest = Manifest::new(metadata, archive.version(), &frame, &pieces, &heightmaps, files);
     folder.write("manifest.json", &serde_json::to_vec_pretty(&manifest)?)
 }
