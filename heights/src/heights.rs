@@ -8,7 +8,7 @@ use quick_cache::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
 use terrain_tiles::formats::{DecodeError, LevelLimits, spt};
-use terrain_tiles::ground::{Ground, Point, beside, tile_at};
+use terrain_tiles::ground::{self, Ground, Point, answer, tile_at};
 
 /// Surfaces are as large as this on average, bytes: the cache makes room for its own books by it.
 const USUAL_BYTES: u64 = 500_000;
@@ -87,31 +87,14 @@ impl Heights {
         }
         let longitude = (longitude + 180.0).rem_euclid(360.0) - 180.0;
         let address = tile_at(zoom.min(self.finest_zoom()), longitude, latitude);
-        if let Some(place) = self.measured(address, longitude, latitude)? {
-            return Ok(place);
-        }
-        // Of the neighbours' edges that are straight in space, some bulge into this square.
-        for (neighbour, distance) in beside(address, latitude) {
-            let ground = self.ground(neighbour)?;
-            if ground.is_some_and(|ground| distance <= ground.reach())
-                && let Some(place) = self.measured(neighbour, longitude, latitude)?
-            {
-                return Ok(place);
-            }
-        }
-        Ok(if self.archive.metadata().covers(longitude, latitude) {
-            Place::Void
-        } else {
-            Place::Outside
+        let place = ground::Place { longitude, latitude };
+        let ask = |ground: &Ground| Some((ground.point(longitude, latitude)?, ground.error()));
+        let found = answer(address, place, |address| self.ground(address), ask)?;
+        Ok(match found {
+            Some((point, error)) => Place::Measured(point, error),
+            None if self.archive.metadata().covers(longitude, latitude) => Place::Void,
+            None => Place::Outside,
         })
-    }
-
-    fn measured(&self, address: TileAddress, longitude: f64, latitude: f64) -> Result<Option<Place>, HeightsError> {
-        let ground = self.ground(address)?;
-        let point = ground.as_ref().and_then(|ground| ground.point(longitude, latitude));
-        Ok(point
-            .zip(ground)
-            .map(|(point, ground)| Place::Measured(point, ground.error())))
     }
 
     fn ground(&self, address: TileAddress) -> Result<Option<Arc<Ground>>, HeightsError> {

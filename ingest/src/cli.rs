@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use terrain_ingest::pyramid::Job;
 
-pub(crate) use self::pack::PackArgs;
+pub(crate) use self::pack::{ApplyArgs, PackArgs};
 pub(crate) use self::raster::{ByteOrder, Priority, RasterArgs, VoidPolicy};
 pub(crate) use self::run::RunArgs;
 pub(crate) use self::tiles::{Bound, Quality, SurfaceArgs, TileArgs};
@@ -109,6 +109,8 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Write an archive's tiles as files that other programs read without a server.
     Pack(PackArgs),
+    /// Make the newer pack of an older one and the difference that `pack --since` wrote.
+    Apply(ApplyArgs),
     /// Print what an archive, or a .spm, .lod or .clod file, says of itself.
     Info(InfoArgs),
 }

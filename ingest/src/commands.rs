@@ -20,7 +20,7 @@ use terrain_tiles::metadata::HeightsAbove;
 
 use self::checks::{check, info};
 use self::models::{curve, simplify_model, triangulate};
-use self::packs::write_pack;
+use self::packs::{apply_difference, write_pack};
 use self::shared::{check_output, has_extension, memory, open, overrides, prepare, print, print_finished};
 use crate::cli::{BuildArgs, Cli, Command, JobArgs, MergeArgs, PlanArgs, RunArgs, TileArgs, UpdateArgs};
 use crate::failure::Failure;
@@ -38,6 +38,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Clod(arguments)) => curve(arguments),
         Some(Command::Verify(arguments)) => check(arguments),
         Some(Command::Pack(arguments)) => write_pack(&arguments),
+        Some(Command::Apply(arguments)) => apply_difference(&arguments),
         Some(Command::Info(arguments)) => info(&arguments),
     }
 }

@@ -1,34 +1,45 @@
 //! Packs: an archive's tiles as files that other programs read without a server.
 //!
 //! ```text
-//! archive ─▶ choose tiles: those above max_zoom that meet bbox, and both roots
+//! archive ─▶ choose tiles: by place, zoom and error; and both roots
 //!         ─▶ each tile, with those around it for its normals ─▶ its file, as the server would send it
 //!         ─▶ a document that names exactly these
 //! ```
 
+mod area;
+mod choice;
+mod difference;
 mod folder;
 mod mbtiles;
+mod mesh_tiles;
+mod rasters;
 pub mod simulator;
 mod stored;
 mod three_tz;
 mod unusable;
+mod whole;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh};
+use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
 use terrain_tiles::layer_json::LayerJson;
 use terrain_tiles::metadata::{Metadata, Zoom};
+use terrain_tiles::raster_dem::RasterForm;
 
-use self::folder::Folder;
+pub use self::area::Area;
+pub use self::choice::Choice;
+pub use self::difference::{Difference, apply};
+use self::folder::{Folder, sizes};
 pub use self::unusable::Unusable;
+use self::whole::write_whole;
 
 /// What files a pack is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,19 +50,21 @@ pub enum Format {
     ThreeDTiles,
     /// The files of `QuantizedMesh` in one database, MBTiles.
     QuantizedMeshDatabase,
+    /// The files of `QuantizedMesh` in one, PMTiles.
+    QuantizedMeshFile,
     /// The files of `ThreeDTiles` in one, a 3D Tiles archive.
     ThreeDTilesArchive,
+    /// Raster tiles of heights in one file, PMTiles.
+    Rasters(RasterForm),
     /// Meshes, heightmaps and worlds in a local frame, of the finest zoom alone.
     Simulator(simulator::Options),
 }
 
-/// Which tiles go into a pack.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Choice {
-    /// West, south, east, north in degrees that they must meet; east may exceed 180.
-    pub bbox: Option<[f64; 4]>,
-    /// The finest zoom.
-    pub max_zoom: Option<u8>,
+impl Format {
+    fn is_one_file(self) -> bool {
+        use Format::{QuantizedMesh, Simulator, ThreeDTiles};
+        !matches!(self, QuantizedMesh | ThreeDTiles | Simulator(_))
+    }
 }
 
 /// What was written.
@@ -63,100 +76,166 @@ pub struct Report {
     pub files: usize,
     /// Bytes of all files.
     pub bytes: u64,
+    /// How it differs from an older pack, where that alone was written.
+    #[serde(flatten)]
+    pub difference: Option<Difference>,
 }
 
-/// Writes the `chosen` tiles of `archive` as the folder or file `output`, which must not be there yet, and is there when it is whole.
+/// Writes the part of `archive` that `choice` means as the folder or file `output`, which must not be there yet, and is there when it
+/// is whole; of `since`, an older pack, the difference alone, a folder from which [`apply`] makes the pack.
 ///
 /// # Errors
 /// Where the archive cannot be read, or the output not be written; [`Unusable`] where the archive does not have what is asked for.
 pub fn write(
     archive: &Reader,
     format: Format,
-    chosen: &BTreeSet<TileAddress>,
+    choice: &Choice,
+    since: Option<&Path>,
     output: &Path,
 ) -> anyhow::Result<Report> {
-    let parent = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let parent = parent.unwrap_or(Path::new("."));
-    let part = tempfile::Builder::new().prefix(".pack-").tempdir_in(parent);
-    let part = part.with_context(|| parent.display().to_string())?;
-    let pack = Pack {
-        archive,
-        chosen,
-        folder: Folder::new(part.path().join("whole")),
-    };
-    let tiles = match format {
-        Format::QuantizedMesh | Format::QuantizedMeshDatabase => pack.quantized_mesh(),
-        Format::ThreeDTiles | Format::ThreeDTilesArchive => pack.three_d_tiles(),
-        Format::Simulator(options) => simulator::write(archive, chosen, options, &pack.folder),
-    }?;
-    let written = pack.folder.written();
-    let (folder, file) = (pack.folder.path(), part.path().join("file"));
-    let (whole, files, bytes) = match format {
-        Format::QuantizedMeshDatabase => {
-            mbtiles::write(folder, pack.with_roots().into_iter(), &pack.metadata(), &file)?;
-            (&*file, 1, fs::metadata(&file)?.len())
+    if since.is_some_and(|old| !old.is_dir()) || since.is_some() && format.is_one_file() {
+        let reason = "--since needs an older pack of many files: folder, 3d-tiles or sim";
+        return Err(Unusable(reason.to_owned()).into());
+    }
+    write_whole(output, |part| {
+        let (whole, report) = write_in(part, archive, format, choice)?;
+        match since {
+            Some(old) => only_difference(old, &whole, &part.join("difference"), report),
+            None => Ok((whole, report)),
         }
-        Format::ThreeDTilesArchive => {
-            three_tz::write(folder, written.keys().map(String::as_str), &file)?;
-            (&*file, 1, fs::metadata(&file)?.len())
-        }
-        _ => (folder, written.len(), written.values().map(|file| file.bytes).sum()),
-    };
-    fs::rename(whole, output).with_context(|| output.display().to_string())?;
-    Ok(Report { tiles, files, bytes })
+    })
 }
 
-impl Choice {
-    /// The tiles of `archive` that it means.
-    #[must_use]
-    pub fn tiles(&self, archive: &Reader) -> BTreeSet<TileAddress> {
-        let is_chosen = |address: &TileAddress| {
-            self.max_zoom.is_none_or(|zoom| address.zoom <= zoom) && self.bbox.is_none_or(|bbox| meets(*address, bbox))
-        };
-        archive.addresses().filter(is_chosen).collect()
+fn only_difference(old: &Path, whole: &Path, output: &Path, report: Report) -> anyhow::Result<(PathBuf, Report)> {
+    let difference = difference::write(old, whole, output)?;
+    let written = sizes(output)?;
+    let report = Report {
+        files: written.len(),
+        bytes: written.values().sum(),
+        difference: Some(difference),
+        ..report
+    };
+    Ok((output.to_owned(), report))
+}
+
+/// Writes it in a folder of its own. Gives where it is.
+fn write_in(part: &Path, archive: &Reader, format: Format, choice: &Choice) -> anyhow::Result<(PathBuf, Report)> {
+    let pack = || Pack::new(archive, choice, part.join("whole"));
+    let file = part.join("file");
+    match format {
+        Format::Rasters(form) => {
+            let tiles = rasters::write(archive, form, choice, &file)?;
+            one_file(file, tiles)
+        }
+        Format::QuantizedMesh => pack()?.quantized_mesh()?.as_folder(),
+        Format::QuantizedMeshDatabase | Format::QuantizedMeshFile => {
+            let pack = pack()?.quantized_mesh()?;
+            let (folder, addresses) = (pack.folder.path(), pack.with_ground().into_iter());
+            if format == Format::QuantizedMeshDatabase {
+                mbtiles::write(folder, addresses, &pack.metadata(), &file)?;
+            } else {
+                mesh_tiles::write(folder, addresses, &pack.metadata(), &file)?;
+            }
+            one_file(file, pack.chosen.len())
+        }
+        Format::ThreeDTiles => pack()?.three_d_tiles()?.as_folder(),
+        Format::ThreeDTilesArchive => {
+            let pack = pack()?.three_d_tiles()?;
+            let written = sizes(pack.folder.path())?;
+            three_tz::write(pack.folder.path(), written.keys().map(String::as_str), &file)?;
+            one_file(file, pack.chosen.len())
+        }
+        Format::Simulator(options) => {
+            let mut pack = pack()?;
+            pack.chosen = finest(&pack.chosen);
+            simulator::write(archive, &pack.chosen, choice, options, &pack.folder)?;
+            pack.as_folder()
+        }
     }
 }
 
-/// Whether a tile's square meets a box by more than its side.
-fn meets(address: TileAddress, [west, south, east, north]: [f64; 4]) -> bool {
-    let (near, low, side) = (address.west(), address.south(), address.degrees());
-    let is_across = [-360.0, 0.0, 360.0]
+/// Those of the finest zoom.
+fn finest(tiles: &BTreeSet<TileAddress>) -> BTreeSet<TileAddress> {
+    let zoom = tiles.iter().map(|address| address.zoom).max();
+    tiles
         .iter()
-        .any(|turn| near + turn < east && near + turn + side > west);
-    is_across && low < north && low + side > south
+        .copied()
+        .filter(|address| Some(address.zoom) == zoom)
+        .collect()
+}
+
+fn one_file(file: PathBuf, tiles: usize) -> anyhow::Result<(PathBuf, Report)> {
+    let bytes = fs::metadata(&file)?.len();
+    let report = Report {
+        tiles,
+        files: 1,
+        bytes,
+        difference: None,
+    };
+    Ok((file, report))
+}
+
+/// The tiles of the archive that are meant.
+fn chosen(archive: &Reader, choice: &Choice) -> Result<BTreeSet<TileAddress>, Unusable> {
+    let metadata = archive.metadata();
+    // Coarse tiles reach far beyond what they have.
+    choice.bounds(metadata.bounds)?;
+    let finest = choice.finest_zoom(metadata.max_zoom, |zoom| metadata.finest_error(zoom))?;
+    let mut chosen = choice.tiles(archive);
+    chosen.retain(|address| address.zoom <= finest);
+    if chosen.is_empty() {
+        return Err(Unusable("the archive has no tile there".to_owned()));
+    }
+    Ok(chosen)
 }
 
 /// A pack while it is written.
 struct Pack<'a> {
     archive: &'a Reader,
-    chosen: &'a BTreeSet<TileAddress>,
+    chosen: BTreeSet<TileAddress>,
     folder: Folder,
 }
 
-impl Pack<'_> {
-    /// The chosen tiles and both roots, from which clients start.
-    fn with_roots(&self) -> BTreeSet<TileAddress> {
-        let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
-        self.chosen.iter().copied().chain(roots).collect()
+impl<'a> Pack<'a> {
+    fn new(archive: &'a Reader, choice: &Choice, folder: PathBuf) -> Result<Self, Unusable> {
+        Ok(Self {
+            archive,
+            chosen: chosen(archive, choice)?,
+            folder: Folder::new(folder),
+        })
     }
 
-    /// Gives how many tiles there are.
-    fn quantized_mesh(&self) -> anyhow::Result<usize> {
+    fn as_folder(&self) -> anyhow::Result<(PathBuf, Report)> {
+        let written = sizes(self.folder.path())?;
+        let report = Report {
+            tiles: self.chosen.len(),
+            files: written.len(),
+            bytes: written.values().sum(),
+            difference: None,
+        };
+        Ok((self.folder.path().to_owned(), report))
+    }
+
+    /// The chosen tiles, both roots, from which clients start, and what is beside them, where the data may end at a tile's side.
+    fn with_ground(&self) -> BTreeSet<TileAddress> {
+        let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
+        let around = self.chosen.iter().flat_map(|&address| addresses_around(address));
+        self.chosen.iter().copied().chain(roots).chain(around).collect()
+    }
+
+    fn quantized_mesh(self) -> anyhow::Result<Self> {
         let Metadata { outside, water, .. } = self.archive.metadata();
         let extensions = Extensions {
             normals: true,
             water_mask: true,
             measured_triangles: false,
         };
-        self.with_roots().into_par_iter().try_for_each(|address| {
-            let mut mesh = if self.chosen.contains(&address) {
-                QuantizedMesh::from_tile(
-                    &stored::tile(self.archive, address)?,
-                    &stored::tiles_around(self.archive, address)?,
-                    outside,
-                )
+        self.with_ground().into_par_iter().try_for_each(|address| {
+            let beside = stored::tiles_around(self.archive, address)?;
+            let mut mesh = if self.archive.checksum(address).is_some() {
+                QuantizedMesh::from_tile(&stored::tile(self.archive, address)?, &beside, outside)
             } else {
-                QuantizedMesh::unmeasured(address, &[], outside)
+                QuantizedMesh::unmeasured(address, &beside, outside)
             };
             mesh.water_mask = (!water.is_empty()).then(|| water.mask(address));
             self.folder.write(
@@ -167,11 +246,10 @@ impl Pack<'_> {
         let name = self.archive.metadata().source.files.join(", ");
         let layer = LayerJson::new(&name, &format!("{:032x}", self.archive.version()), &self.metadata());
         self.folder.write("layer.json", &serde_json::to_vec(&layer)?)?;
-        Ok(self.chosen.len())
+        Ok(self)
     }
 
-    /// Gives how many tiles there are.
-    fn three_d_tiles(&self) -> anyhow::Result<usize> {
+    fn three_d_tiles(self) -> anyhow::Result<Self> {
         self.chosen.par_iter().try_for_each(|&address| {
             let surface = TileSurface::measured(
                 &stored::tile(self.archive, address)?,
@@ -189,7 +267,7 @@ impl Pack<'_> {
         roots
             .copied()
             .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))?;
-        Ok(self.chosen.len())
+        Ok(self)
     }
 
     fn write_document(&self, path: &str, root: Option<TileAddress>) -> anyhow::Result<()> {
@@ -211,7 +289,7 @@ impl Pack<'_> {
         let whole = self.archive.metadata();
         let max_zoom = self.chosen.iter().map(|address| address.zoom).max().unwrap_or(0);
         let of_zoom = |zoom: &Zoom| Zoom {
-            available: rectangles(self.chosen, zoom.zoom),
+            available: rectangles(&self.chosen, zoom.zoom),
             ..zoom.clone()
         };
         let zooms = whole.zooms.iter().filter(|zoom| zoom.zoom <= max_zoom);

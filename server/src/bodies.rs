@@ -9,8 +9,9 @@ use moka::future::Cache;
 use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::form::Form;
-use crate::raster_dem::{Format, RasterRequest};
+use crate::raster_dem::RasterRequest;
 use terrain_tiles::address::TileAddress;
+use terrain_tiles::raster_dem::image::Format;
 
 /// Which body.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

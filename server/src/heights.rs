@@ -1,7 +1,7 @@
 //! Heights at places, from the surfaces of archives, and what is known of each.
 //!
 //! ```text
-//! places ─▶ sorted by the tile that they are in ─▶ each tile decoded once ─▶ height, error, status
+//! places ─▶ surfaces of the tiles that they are in, each decoded once ─▶ height, error, status
 //! ```
 
 use std::sync::Arc;
@@ -9,20 +9,14 @@ use std::sync::Arc;
 use moka::sync::Cache;
 use serde::Serialize;
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::ground::{Ground, beside, tile_at};
+pub(crate) use terrain_tiles::ground::Place;
+use terrain_tiles::ground::{Ground, answers};
 use utoipa::ToSchema;
 
 use crate::tileset::{TileError, Tileset};
 
 /// Decoded surfaces kept in memory, bytes.
 const GROUND_BYTES: u64 = 256 << 20;
-
-/// Degrees: where something is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
-    pub(crate) longitude: f64,
-    pub(crate) latitude: f64,
-}
 
 /// Whether there is ground at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
@@ -71,70 +65,33 @@ impl Heights {
 
     /// Heights at `places` on the surface of `zoom`, in their order. Blocks while it reads and decodes tiles.
     pub(crate) fn at(&self, tileset: &Tileset, zoom: u8, places: &[Place]) -> Result<Vec<Height>, TileError> {
-        let mut heights = vec![Height::NONE; places.len()];
-        let mut order: Vec<(TileAddress, usize)> = places
-            .iter()
-            .enumerate()
-            .map(|(i, &place)| (tile_at(zoom, place.longitude, place.latitude), i))
-            .collect();
-        order.sort_unstable();
-        for run in order.chunk_by(|(one, _), (next, _)| one == next) {
-            let address = run[0].0;
-            let ground = self.ground(tileset, address)?;
-            for &(_, index) in run {
-                heights[index] = self.height(tileset, address, ground.as_deref(), places[index])?;
-            }
-        }
-        Ok(heights)
-    }
-
-    fn height(
-        &self,
-        tileset: &Tileset,
-        address: TileAddress,
-        ground: Option<&Ground>,
-        place: Place,
-    ) -> Result<Height, TileError> {
-        let Place { longitude, latitude } = place;
-        if let Some(height) = ground.and_then(|ground| measured(ground, place)) {
-            return Ok(height);
-        }
-        // Of the neighbours' edges that are straight in space, some bulge into this square.
-        for (neighbour, distance) in beside(address, latitude) {
-            if let Some(ground) = self.ground(tileset, neighbour)?
-                && distance <= ground.reach()
-                && let Some(height) = measured(&ground, place)
-            {
-                return Ok(height);
-            }
-        }
-        let status = if tileset.metadata().covers(longitude, latitude) {
-            Status::Void
-        } else {
-            Status::Outside
+        let ask = |ground: &Ground, place: Place| {
+            let metres = ground.height(place.longitude, place.latitude)?;
+            Some(Height {
+                status: Status::Measured,
+                metres,
+                error: ground.error(),
+            })
         };
-        Ok(Height { status, ..Height::NONE })
+        let found = answers(zoom, places, |address| self.ground(tileset, address), ask)?;
+        let or_none = |(height, place): (Option<Height>, &Place)| {
+            height.unwrap_or_else(|| Height::none(tileset.metadata().covers(place.longitude, place.latitude)))
+        };
+        Ok(found.into_iter().zip(places).map(or_none).collect())
     }
 }
 
 impl Height {
-    const NONE: Self = Self {
-        status: Status::Outside,
-        metres: 0.0,
-        error: 0.0,
-    };
+    fn none(is_covered: bool) -> Self {
+        Self {
+            status: if is_covered { Status::Void } else { Status::Outside },
+            metres: 0.0,
+            error: 0.0,
+        }
+    }
 
     /// Metres, where it is measured.
     pub(crate) fn measured(&self) -> Option<f64> {
         (self.status == Status::Measured).then_some(self.metres)
     }
-}
-
-fn measured(ground: &Ground, place: Place) -> Option<Height> {
-    let metres = ground.height(place.longitude, place.latitude)?;
-    Some(Height {
-        status: Status::Measured,
-        metres,
-        error: ground.error(),
-    })
 }

@@ -1,20 +1,7 @@
-//! Raster tiles of heights, in Web Mercator, for MapLibre and its kin: from the surface that is drawn.
-//!
-//! ```text
-//! pixel centres ─▶ heights of the surface of a zoom ─▶ voids filled ─▶ rounded once ─▶ numbers in colours ─▶ PNG, WebP
-//! ```
-//!
-//! | | a colour (r, g, b) is, in metres |
-//! | --- | --- |
-//! | terrarium | 256 r + g + b / 256 − 32,768 |
-//! | mapbox | (65,536 r + 256 g + b) / 10 − 10,000 |
+//! Raster tiles of heights and of normals, drawn when they are asked for.
 
-mod address;
-mod fill;
 mod gradients;
-mod image;
-
-use std::sync::Arc;
+mod request;
 
 use axum::Router;
 use axum::body::Bytes;
@@ -25,24 +12,17 @@ use axum::routing::get;
 use serde::Deserialize;
 use serde_json::json;
 use terrain_tiles::address::TileAddress;
+use terrain_tiles::raster_dem::image::Encoding;
+use terrain_tiles::raster_dem::{RasterForm, SIZES};
 
 use crate::answer::Description;
 use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::form::tile_address;
-use crate::heights::{Heights, Place, Status};
 use crate::service::Service;
 use crate::tiles::json_document;
-use crate::tileset::{TileError, Tileset};
-pub(crate) use address::RasterRequest;
-use address::{LATITUDES, MercatorTile};
-pub(crate) use image::{Encoding, Format};
-
-/// Rounding takes no more than this part of the surface's error.
-const PART_OF_ERROR: f64 = 0.25;
-/// Metres: where errors are large, heights are rounded to no more than this.
-const COARSEST_QUANTUM: f64 = 32.0;
+pub(crate) use request::RasterRequest;
 
 pub(crate) fn routes() -> Router<Service> {
     Router::new()
@@ -110,7 +90,7 @@ async fn normals(
 ) -> Result<Response, Failure> {
     let tileset = service.find(&name)?;
     let (_, ending) = file.split_once('.').unwrap_or((&file, ""));
-    let format = image::Format::named(ending)?;
+    let format = request::format(ending)?;
     let missing = || format!("tileset “{name}” has no normals {z}/{x}/{file}");
     let address = tile_address([&z, &x, &file])?;
     if tileset.checksum(address).is_none() {
@@ -138,34 +118,23 @@ async fn tile_json(
     encoding: Encoding,
 ) -> Result<Response, Failure> {
     let tileset = service.find(name)?;
-    let size = address::size(wanted.size.unwrap_or(address::SIZES[0]))?;
-    let format = image::Format::named(wanted.format.as_deref().unwrap_or("png"))?;
-    let finest = address::finest_zoom(&tileset, size);
-    let [west, south, east, north] = tileset.metadata().bounds;
-    let [west, east] = if east > 180.0 { [-180.0, 180.0] } else { [west, east] };
-    let [south, north] = [south, north].map(|latitude| latitude.clamp(-LATITUDES, LATITUDES));
-    let at = |zoom: u8| json!({"zoom": zoom, "error": address::error(&tileset, zoom, size), "quantum": quantum(&tileset, zoom, size, encoding)});
+    let form = RasterForm {
+        size: request::size(wanted.size.unwrap_or(SIZES[0]))?,
+        encoding,
+        format: request::format(wanted.format.as_deref().unwrap_or("png"))?,
+    };
     let address = format!(
-        "{}/{name}/{}/{{z}}/{{x}}/{{y}}.{}?v={}&size={size}",
+        "{}/{name}/{}/{{z}}/{{x}}/{{y}}.{}?v={}&size={}",
         address_of(service, headers)?,
         encoding.name(),
-        format.name(),
-        tileset.version
+        form.format.name(),
+        tileset.version,
+        form.size,
     );
-    let document = json!({
-        "tilejson": "3.0.0",
-        "name": tileset.name,
-        "tiles": [address],
-        "encoding": encoding.name(),
-        "tileSize": size,
-        "minzoom": 0,
-        "maxzoom": finest,
-        "bounds": [west, south, east, north],
-        "attribution": tileset.metadata().source.files.join(", "),
-        "heights_above": tileset.metadata().source.tiles_above(),
-        "from": "surface",
-        "zooms": (0..=finest).map(at).collect::<Vec<_>>(),
-    });
+    let mut document = form.description(tileset.metadata(), form.finest_zoom(tileset.metadata()));
+    document["tilejson"] = json!("3.0.0");
+    document["name"] = json!(tileset.name);
+    document["tiles"] = json!([address]);
     let body = serde_json::to_vec(&document).map_err(Failure::internal)?;
     json_document(service, body.into(), headers).await
 }
@@ -192,63 +161,20 @@ async fn tile(
     let tileset = service.find(name)?;
     let wanted = RasterRequest::parse([z, x, file], query, encoding, &tileset)?;
     let tag = format!("{}-{}", &tileset.version[..16], wanted.tag());
-    let description =
-        Description::new(wanted.format.content_type(), &tag, Coding::Identity).immutable(tileset.is_named_in(query));
+    let description = Description::new(wanted.form.format.content_type(), &tag, Coding::Identity)
+        .immutable(tileset.is_named_in(query));
     if let Some(response) = description.not_modified(headers) {
         return Ok(response);
     }
     let key = Key::Raster(tileset.generation, wanted);
     let heights = service.heights.clone();
-    let body = service.bodies.get(key, move || draw(&heights, &tileset, &wanted)).await;
+    // Blocks for some 100 ms.
+    let draw = move || {
+        let ground_at = |address| heights.ground(&tileset, address);
+        let drawn = wanted.form.draw(tileset.metadata(), wanted.tile, ground_at);
+        drawn.map(Bytes::from)
+    };
+    let body = service.bodies.get(key, draw).await;
     let body = body.map_err(|error| error.answered(|| format!("there is no tile {z}/{x}/{file}")))?;
     Ok(description.respond(headers, body))
 }
-
-/// Blocks for some 100 ms.
-fn draw(heights: &Heights, tileset: &Arc<Tileset>, wanted: &RasterRequest) -> Result<Bytes, TileError> {
-    let size = wanted.size as usize;
-    let places = pixel_centres(wanted.tile, wanted.size);
-    let found = heights.at(tileset, wanted.surface_zoom(tileset), &places)?;
-    let mut metres: Vec<Option<f64>> = found
-        .iter()
-        .map(|height| match height.status {
-            Status::Measured => Some(height.metres),
-            Status::Outside => Some(0.0),
-            Status::Void => None,
-        })
-        .collect();
-    fill::fill_voids(&mut metres, size);
-    let quantum = quantum(tileset, wanted.tile.zoom, wanted.size, wanted.encoding);
-    let colours: Vec<u8> = metres
-        .iter()
-        .flat_map(|metres| wanted.encoding.colour(metres.unwrap_or(0.0), quantum))
-        .collect();
-    image::write(wanted.format, &colours, wanted.size).map_err(|error| Failure::internal(error).into())
-}
-
-/// Row by row from the north.
-fn pixel_centres(tile: MercatorTile, size: u32) -> Vec<Place> {
-    let at = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(size);
-    let rows = (0..size).map(|row| tile.latitude(at(row)));
-    rows.flat_map(|latitude| {
-        (0..size).map(move |column| Place {
-            longitude: tile.longitude(at(column)),
-            latitude,
-        })
-    })
-    .collect()
-}
-
-/// Metres to which heights of a zoom are rounded: a power of two times the encoding's own step.
-fn quantum(tileset: &Tileset, zoom: u8, size: u32, encoding: Encoding) -> f64 {
-    let most = (address::error(tileset, zoom, size) * PART_OF_ERROR).min(COARSEST_QUANTUM);
-    let mut quantum = encoding.step();
-    while quantum * 2.0 <= most {
-        quantum *= 2.0;
-    }
-    quantum
-}
-
-#[cfg(test)]
-#[path = "raster_dem_tests.rs"]
-mod tests;

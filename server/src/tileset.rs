@@ -1,6 +1,7 @@
 //! One generation of an archive, and its tiles.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -153,6 +154,12 @@ fn checksum_of(metadata: &Metadata) -> u64 {
     let mut hasher = DefaultHasher::new();
     document.hash(&mut hasher);
     hasher.finish()
+}
+
+impl From<io::Error> for TileError {
+    fn from(error: io::Error) -> Self {
+        Self::failure(error)
+    }
 }
 
 impl From<Failure> for TileError {

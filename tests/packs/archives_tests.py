@@ -11,6 +11,9 @@ import unittest
 import zipfile
 from pathlib import Path
 
+import pmtiles.reader
+import pmtiles.tile
+
 import pack
 
 TOOLS = Path(__file__).with_name("node_modules") / ".bin/3d-tiles-tools"
@@ -79,6 +82,25 @@ class Mbtiles(unittest.TestCase):
         layer = json.loads(said["json"])
         self.assertEqual([float(side) for side in said["bounds"].split(",")], layer["bounds"])
         self.assertEqual((int(said["minzoom"]), int(said["maxzoom"])), (layer["minzoom"], layer["maxzoom"]))
+
+
+class Pmtiles(unittest.TestCase):
+    def test_it_has_every_tile_of_the_folder_a_zoom_further_on(self):
+        expected = files(packed("folder", "folder"))
+        source = pmtiles.reader.MemorySource(packed("pmtiles-qm", "sample-qm.pmtiles").read_bytes())
+        reader = pmtiles.reader.Reader(source)
+        header, layer = reader.header(), reader.metadata()
+        self.assertEqual(layer, json.loads(expected.pop("layer.json")))
+        tiles = dict(pmtiles.reader.all_tiles(source))
+        self.assertEqual(len(tiles), len(expected))
+        for name, file in expected.items():
+            z, x, y = [int(number) for number in name.removesuffix(".terrain").split("/")]
+            # In the file both roots are the northern half of zoom 1, and rows count from the north.
+            self.assertEqual(gzip.decompress(tiles[z + 1, x, 2**z - 1 - y]), file, name)
+        self.assertEqual(header["tile_compression"], pmtiles.tile.Compression.GZIP)
+        self.assertEqual((header["min_zoom"], header["max_zoom"]), (layer["minzoom"] + 1, layer["maxzoom"] + 1))
+        names = ["min_lon_e7", "min_lat_e7", "max_lon_e7", "max_lat_e7"]
+        self.assertEqual([header[name] for name in names], [round(side * 1e7) for side in layer["bounds"]])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A pack for simulators of the project's sample, made once, and what it is held against: the DEM itself, by rasterio and PROJ.
+"""Packs of the project's sample, each made once, and what they are held against: the DEM itself, by rasterio and PROJ.
 
 None of the code here is the project's own but the program that writes the pack.
 """
@@ -42,6 +42,15 @@ def pack(*options: str) -> Path:
     return path
 
 
+@functools.cache
+def one_file(format: str, *options: str) -> Path:
+    """A pack of another format."""
+    words = [Path(word).name for word in (format, *options)]
+    path = folder() / "-".join(words).replace("--", "").replace(",", "_")
+    run("pack", archive(), "--format", format, *options, "-o", path)
+    return path
+
+
 def run(*arguments) -> None:
     subprocess.run([PROGRAM, *map(str, arguments), "--quiet"], check=True, stdout=subprocess.DEVNULL)
 
@@ -68,8 +77,13 @@ def to_geodetic(manifest: dict, points: numpy.ndarray) -> numpy.ndarray:
 
 
 def errors(manifest: dict, points: numpy.ndarray) -> numpy.ndarray:
-    """How far points in the frame are above the DEM, which is bilinear between samples; NaN beside it."""
+    """How far points in the frame are above the DEM; NaN beside it."""
     longitude, latitude, height = to_geodetic(manifest, points).T
+    return height - heights_of_dem(longitude, latitude)
+
+
+def heights_of_dem(longitude: numpy.ndarray, latitude: numpy.ndarray) -> numpy.ndarray:
+    """Heights of the DEM, which is bilinear between samples; NaN beside it."""
     dem, to_pixels = samples()
     column = to_pixels.a * longitude + to_pixels.b * latitude + to_pixels.c - 0.5
     row = to_pixels.d * longitude + to_pixels.e * latitude + to_pixels.f - 0.5
@@ -81,7 +95,7 @@ def errors(manifest: dict, points: numpy.ndarray) -> numpy.ndarray:
     u, v = column - left, row - top
     upper = dem[top, left] * (1 - u) + dem[top, left + 1] * u
     lower = dem[top + 1, left] * (1 - u) + dem[top + 1, left + 1] * u
-    return numpy.where(outside, numpy.nan, height - (upper * (1 - v) + lower * v))
+    return numpy.where(outside, numpy.nan, upper * (1 - v) + lower * v)
 
 
 def places(manifest: dict, count: int, seed: int = 1) -> numpy.ndarray:

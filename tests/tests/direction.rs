@@ -11,12 +11,13 @@ use terrain_tests::source::{Crate, Edge, Target, Use, edges_on_circles};
 use terrain_tests::workspace;
 
 /// Each crate and the crates of this workspace that it may use.
-const ALLOWED: [(&str, &[&str]); 7] = [
+const ALLOWED: [(&str, &[&str]); 8] = [
     ("terrain-core", &[]),
     ("terrain-tiles", &["terrain-core"]),
     ("terrain-ingest", &["terrain-core", "terrain-tiles"]),
     ("terrain-server", &["terrain-core", "terrain-tiles"]),
     ("terrain-heights", &["terrain-core", "terrain-tiles"]),
+    ("terrain-heights-python", &["terrain-heights"]),
     ("terrain-fuzz", &["terrain-core", "terrain-tiles"]),
     (
         "terrain-tests",
@@ -31,7 +32,7 @@ const ALLOWED: [(&str, &[&str]); 7] = [
 ];
 
 /// Libraries and the files or folders that wrap them: no other file names them.
-const HOMES: [(&str, &[&str]); 18] = [
+const HOMES: [(&str, &[&str]); 21] = [
     ("gdal", &["ingest/src/raster"]),
     (
         "exr",
@@ -54,7 +55,8 @@ const HOMES: [(&str, &[&str]); 18] = [
             "ingest/src/georeference/projection.rs",
         ],
     ),
-    ("pmtiles", &["tiles/src/archive.rs"]),
+    ("geo", &["ingest/src/pack/area.rs", "tests"]),
+    ("pmtiles", &["tiles/src/archive.rs", "tiles/src/tile_file.rs"]),
     (
         "ply_rs_bw",
         &["tiles/src/formats/ply.rs", "ingest/src/verify/mesh_file.rs"],
@@ -64,6 +66,8 @@ const HOMES: [(&str, &[&str]); 18] = [
     ("gltf_json", &["tiles/src/formats/gltf.rs", "tiles/src/formats/gltf"]),
     ("base64", &["tiles/src/archive.rs", "tiles/src/formats/gltf/buffers.rs"]),
     ("axum", &["server"]),
+    ("numpy", &["heights/python"]),
+    ("pyo3", &["heights/python"]),
     ("tokio", &["server", "ingest/src/store.rs"]),
     ("object_store", &["ingest/src/store.rs"]),
     // Threads; the tests compare what one and several write.
@@ -194,7 +198,7 @@ fn read(top: &Path, package: &Value) -> Package {
     let dependencies: BTreeSet<String> = package["dependencies"].as_array().unwrap().iter().map(name).collect();
     // A program names the library beside it like any other.
     let libraries = dependencies.iter().cloned().chain([name(package)]).collect();
-    let is_shipped = |target: &&Value| ["lib", "bin"].contains(&target["kind"][0].as_str().unwrap());
+    let is_shipped = |target: &&Value| ["lib", "cdylib", "bin"].contains(&target["kind"][0].as_str().unwrap());
     let roots = package["targets"].as_array().unwrap().iter().filter(is_shipped);
     let uses = roots.flat_map(|target| Crate::read(top, &from_top(&target["src_path"]), &libraries).uses());
     Package {

@@ -18,7 +18,7 @@
 //! The JSON block has a checksum of every tile, so that no damaged or overwritten byte passes for a tile.
 
 use std::fs::{self, File};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,8 +27,8 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use futures_util::TryStreamExt;
 use pmtiles::{
-    AsyncBackend, AsyncPmTilesReader, BackendResponse, CallerKey, Compression, DirEntry, HashMapCache, Header,
-    PmTilesWriter, PmtError, PmtResult, TileCoord, TileId, TileType,
+    AsyncBackend, AsyncPmTilesReader, BackendResponse, Compression, DirEntry, HashMapCache, Header, PmtError,
+    PmtResult, TileCoord, TileId, TileType,
 };
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -37,6 +37,7 @@ use twox_hash::{XxHash3_64, XxHash3_128};
 use crate::address::{MAX_ZOOM, TileAddress};
 use crate::metadata::{FORMAT, Metadata, VERSION};
 use crate::new_file::NewFile;
+use crate::tile_file::{self, Kind, SquareTile, TileFile};
 
 /// Largest tile that is written or read, in bytes: what the length field of the tile format can say is more, but no
 /// sound tile comes near this.
@@ -63,21 +64,17 @@ pub enum ArchiveError {
 }
 
 /// Writes an archive. Nothing is seen at the final path before [`Writer::finish`]; a writer that is dropped leaves
-/// nothing behind. Tiles may be added in any order: they wait in an unnamed file and are put in the order of their ids
-/// at the end, so that the bytes depend on the tiles and the metadata alone.
+/// nothing behind. Tiles may be added in any order, and the bytes depend on the tiles and the metadata alone.
 pub struct Writer {
     path: PathBuf,
-    spool: File,
-    spooled: u64,
-    tiles: Vec<Spooled>,
+    file: TileFile,
+    tiles: Vec<Added>,
 }
 
-/// A tile in the unnamed file.
-struct Spooled {
+/// What is kept of a tile that was added.
+struct Added {
     id: u64,
     address: TileAddress,
-    offset: u64,
-    length: usize,
     checksum: u64,
 }
 
@@ -87,11 +84,10 @@ impl Writer {
     /// # Errors
     /// [`ArchiveError::Io`] when no file can be made in the folder.
     pub fn create(path: &Path) -> Result<Self, ArchiveError> {
-        let spool = tempfile::tempfile_in(folder_of(path)).map_err(|error| ArchiveError::Io(path.into(), error))?;
+        let file = TileFile::create_in(folder_of(path)).map_err(|error| ArchiveError::Io(path.into(), error))?;
         Ok(Self {
             path: path.into(),
-            spool,
-            spooled: 0,
+            file,
             tiles: Vec::new(),
         })
     }
@@ -108,17 +104,14 @@ impl Writer {
                 "is empty or larger than 256 MiB",
             ));
         }
-        self.spool
-            .write_all(bytes)
+        self.file
+            .add(square_tile(address), bytes)
             .map_err(|error| ArchiveError::Io(self.path.clone(), error))?;
-        self.tiles.push(Spooled {
+        self.tiles.push(Added {
             id: tile_id(address),
             address,
-            offset: self.spooled,
-            length: bytes.len(),
             checksum: checksum(bytes),
         });
-        self.spooled += bytes.len() as u64;
         Ok(())
     }
 
@@ -135,51 +128,23 @@ impl Writer {
         self.write(metadata).map_err(|error| ArchiveError::Io(path, error))
     }
 
-    fn write(mut self, metadata: &Metadata) -> io::Result<()> {
-        let mut target = NewFile::create(&self.path)?;
-        self.write_tiles(metadata, target.file())?;
-        target.finish()
-    }
-
-    fn write_tiles(&mut self, metadata: &Metadata, target: &mut File) -> io::Result<()> {
+    fn write(self, metadata: &Metadata) -> io::Result<()> {
         let block = Block {
             metadata,
             checksums: checksum_text(self.tiles.iter().map(|tile| tile.checksum)),
         };
-        let mut writer = builder(&block)?.create(target).map_err(into_io)?;
-        let mut bytes = Vec::new();
-        for tile in &self.tiles {
-            bytes.resize(tile.length, 0);
-            self.spool.seek(SeekFrom::Start(tile.offset))?;
-            self.spool.read_exact(&mut bytes)?;
-            writer
-                .add_tile(coordinate(tile.address), &bytes, None)
-                .map_err(into_io)?;
-        }
-        writer.finalize().map_err(into_io)
+        let header = tile_file::Header {
+            kind: Kind::Unknown,
+            is_gzipped: false,
+            are_equal_tiles_one: false,
+            zooms: [metadata.min_zoom + 1, metadata.max_zoom + 1],
+            bounds: metadata.bounds,
+            json: serde_json::to_string(&block)?,
+        };
+        let mut target = NewFile::create(&self.path)?;
+        self.file.write(header, target.file())?;
+        target.finish()
     }
-}
-
-/// The header's fields and the JSON block. PMTiles longitudes end at ±180: data across the antimeridian are given the
-/// whole circle there. No tile is like another, so none is looked for.
-fn builder(block: &Block) -> io::Result<PmTilesWriter<CallerKey<()>>> {
-    let metadata = block.metadata;
-    let [west, south, east, north] = metadata.bounds;
-    let (first, last) = if east > 180.0 { (-180.0, 180.0) } else { (west, east) };
-    let middle = (west + east) / 2.0;
-    let json = serde_json::to_string(block)?;
-    Ok(PmTilesWriter::new(TileType::Unknown)
-        .dedup_by_key()
-        .tile_compression(Compression::None)
-        .min_zoom(metadata.min_zoom + 1)
-        .max_zoom(metadata.max_zoom + 1)
-        .bounds(first, south, last, north)
-        .center(
-            if middle > 180.0 { middle - 360.0 } else { middle },
-            (south + north) / 2.0,
-        )
-        .center_zoom(metadata.max_zoom + 1)
-        .metadata(json))
 }
 
 /// The JSON block: what the archive says of itself, and of every tile's bytes.
@@ -352,10 +317,19 @@ fn parse_metadata(json: &str) -> Result<Metadata, String> {
     Ok(metadata)
 }
 
-/// Where a tile is in the numbering of PMTiles; see the drawing at the top.
+/// Where a tile is in a PMTiles file; see the drawing at the top.
+#[must_use]
+pub fn square_tile(address: TileAddress) -> SquareTile {
+    SquareTile {
+        zoom: address.zoom + 1,
+        x: address.x,
+        y: (1_u32 << address.zoom) - 1 - address.y,
+    }
+}
+
 fn coordinate(address: TileAddress) -> TileCoord {
-    let row = (1_u32 << address.zoom) - 1 - address.y;
-    TileCoord::new(address.zoom + 1, address.x, row).expect("zoom + 1 is at most 27, and column and row fit in it")
+    let SquareTile { zoom, x, y } = square_tile(address);
+    TileCoord::new(zoom, x, y).expect("zoom + 1 is at most 27, and column and row fit in it")
 }
 
 /// Its number along the curve of PMTiles, zoom by zoom.
@@ -385,13 +359,6 @@ fn folder_of(path: &Path) -> &Path {
     path.parent()
         .filter(|folder| !folder.as_os_str().is_empty())
         .unwrap_or(Path::new("."))
-}
-
-fn into_io(error: PmtError) -> io::Error {
-    match error {
-        PmtError::Reading(error) => error,
-        other => io::Error::other(other),
-    }
 }
 
 /// Reads at a position, without a cursor to share and without a runtime: its futures are ready at once, which is why

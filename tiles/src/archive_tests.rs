@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use pmtiles::PmTilesWriter;
+
 use super::*;
 use crate::metadata::{Asked, Source};
 use crate::outside::Outside;

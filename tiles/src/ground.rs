@@ -3,7 +3,10 @@
 //!
 //! ```text
 //! place ─▶ cell of a grid over the tile ─▶ triangles that reach into it ─▶ the one that the normal meets ─▶ height
+//! places ─▶ sorted by the tile that they are in ─▶ the ground of each, or of one beside it ─▶ answers
 //! ```
+
+use std::ops::Deref;
 
 use glam::{DVec2, DVec3};
 use terrain_core::topology::compressed_rows::CompressedRows;
@@ -20,6 +23,15 @@ const MOST_CELLS: usize = 1 << 10;
 const SLACK: f64 = 1e-7;
 /// Further than this part of its side no tile's triangles reach out of it, but for those of the two roots.
 const FARTHEST_REACH: f64 = 0.25;
+
+/// Degrees: where something is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// East of Greenwich, −180 to 180.
+    pub longitude: f64,
+    /// North of the equator.
+    pub latitude: f64,
+}
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +54,7 @@ pub struct Ground {
     cells: usize,
     /// Each cell's triangles, cells row by row from the south.
     members: CompressedRows,
+    /// How far beyond its square triangles may reach, in parts of its side: edges that are straight in space bulge in plan.
     reach: f64,
 }
 
@@ -83,12 +96,6 @@ impl Ground {
     #[must_use]
     pub fn error(&self) -> f64 {
         self.error
-    }
-
-    /// How far beyond its square the tile's triangles may reach, in parts of its side: edges that are straight in space bulge in plan.
-    #[must_use]
-    pub fn reach(&self) -> f64 {
-        self.reach
     }
 
     /// Bytes in memory, about.
@@ -173,9 +180,67 @@ pub fn tile_at(zoom: u8, longitude: f64, latitude: f64) -> TileAddress {
     }
 }
 
+/// What `ask` finds at places on the surfaces of `zoom`, in their order. Each tile that places are in is fetched once by `ground_at`.
+///
+/// # Errors
+/// What `ground_at` says.
+pub fn answers<G: Deref<Target = Ground> + Clone, A, E>(
+    zoom: u8,
+    places: &[Place],
+    mut ground_at: impl FnMut(TileAddress) -> Result<Option<G>, E>,
+    ask: impl Fn(&Ground, Place) -> Option<A>,
+) -> Result<Vec<Option<A>>, E> {
+    let mut answers: Vec<Option<A>> = places.iter().map(|_| None).collect();
+    let tiles = places
+        .iter()
+        .map(|place| tile_at(zoom, place.longitude, place.latitude));
+    let mut order: Vec<(TileAddress, usize)> = tiles.zip(0..).collect();
+    order.sort_unstable();
+    for run in order.chunk_by(|(one, _), (next, _)| one == next) {
+        let address = run[0].0;
+        let own = ground_at(address)?;
+        for &(_, index) in run {
+            let mut fetch = |other| {
+                if other == address {
+                    Ok(own.clone())
+                } else {
+                    ground_at(other)
+                }
+            };
+            answers[index] = answer(address, places[index], &mut fetch, |ground| ask(ground, places[index]))?;
+        }
+    }
+    Ok(answers)
+}
+
+/// What `ask` finds at a place in the surface of its tile, at `address`, or else in one beside it: of edges that are straight in space,
+/// some bulge into this square.
+///
+/// # Errors
+/// What `ground_at` says.
+pub fn answer<G: Deref<Target = Ground>, A, E>(
+    address: TileAddress,
+    place: Place,
+    mut ground_at: impl FnMut(TileAddress) -> Result<Option<G>, E>,
+    ask: impl Fn(&Ground) -> Option<A>,
+) -> Result<Option<A>, E> {
+    if let Some(found) = ground_at(address)?.and_then(|ground| ask(&ground)) {
+        return Ok(Some(found));
+    }
+    for (neighbour, distance) in beside(address, place.latitude) {
+        if let Some(ground) = ground_at(neighbour)?
+            && distance <= ground.reach
+            && let Some(found) = ask(&ground)
+        {
+            return Ok(Some(found));
+        }
+    }
+    Ok(None)
+}
+
 /// Neighbours of a tile that may reach to a latitude inside it, since edges that are straight in space bulge in plan; and how far they
 /// have to, in parts of a side.
-pub fn beside(address: TileAddress, latitude: f64) -> impl Iterator<Item = (TileAddress, f64)> {
+fn beside(address: TileAddress, latitude: f64) -> impl Iterator<Item = (TileAddress, f64)> {
     let up = (latitude - address.south()) / address.degrees();
     let near = [(Side::South, up), (Side::North, 1.0 - up)].into_iter();
     near.filter(|(_, distance)| *distance < FARTHEST_REACH)

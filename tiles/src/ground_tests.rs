@@ -78,7 +78,7 @@ fn edges_are_straight_in_space_and_not_in_degrees() {
     // The northern side bulges northwards, the southern one, too.
     assert!(ground.height(west + side / 2.0, south + side * 1.001).is_some());
     assert!(ground.height(west + side / 2.0, south + side * 0.001).is_none());
-    assert!(ground.reach() > 0.001);
+    assert!(ground.reach > 0.001);
 }
 
 #[test]

@@ -71,9 +71,9 @@ impl LayerJson {
             tiles: ["{z}/{x}/{y}.terrain?v={version}"],
             minzoom: 0,
             maxzoom: metadata.max_zoom,
-            bounds: bounds(metadata),
+            bounds: metadata.bounds_within_180(),
             extensions: extensions(metadata),
-            attribution: attribution(metadata),
+            attribution: metadata.source.attribution(),
             vertical: vertical(metadata),
             available: (0..=metadata.max_zoom).map(|zoom| available(metadata, zoom)).collect(),
         }
@@ -114,16 +114,6 @@ fn with_tiles_beside(zoom: u8, [start_x, start_y, end_x, end_y]: [u32; 4]) -> Ve
     rectangles
 }
 
-/// Longitudes end at ±180 here: data across the antimeridian are given the whole circle.
-fn bounds(metadata: &Metadata) -> [f64; 4] {
-    let [_, south, east, north] = metadata.bounds;
-    if east > 180.0 {
-        [-180.0, south, 180.0, north]
-    } else {
-        metadata.bounds
-    }
-}
-
 fn vertical(Metadata { source, .. }: &Metadata) -> Vertical {
     Vertical {
         source_datum: source.vertical_datum.clone(),
@@ -131,12 +121,6 @@ fn vertical(Metadata { source, .. }: &Metadata) -> Vertical {
         transformation: source.vertical_transformation(),
         grid: source.geoid.clone(),
     }
-}
-
-/// Clients show it as HTML.
-fn attribution(metadata: &Metadata) -> String {
-    let files = metadata.source.files.join(", ");
-    files.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

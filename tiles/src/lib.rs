@@ -4,8 +4,10 @@
 //! ```text
 //! address, ellipsoid ──▶ tile ──────────▶ formats::spt ─────▶ archive ◀── metadata ──▶ layer_json
 //! where on the Earth     what is there    quantized_mesh      all tiles   of the whole   for map clients
+//!                                                             tile_file   any tiles, as PMTiles
 //!
 //! tile ────────────────▶ ground                              heights at places
+//! ground ──────────────▶ raster_dem                          raster tiles of heights
 //! tile ────────────────▶ pyramid                             what to select from
 //!
 //! progressive ─────────▶ formats::spt, formats::spm           vertex splits as bytes
@@ -34,6 +36,8 @@ pub mod new_file;
 pub mod outside;
 pub mod progressive;
 pub mod pyramid;
+pub mod raster_dem;
 pub mod spread;
 pub mod tile;
+pub mod tile_file;
 pub mod water;

@@ -58,6 +58,24 @@ impl Metadata {
         let is_across = [longitude, longitude + 360.0].iter().any(|x| (west..=east).contains(x));
         is_across && (south..=north).contains(&latitude)
     }
+
+    /// The bounds where longitudes end at ±180: data across the antimeridian are given the whole circle.
+    #[must_use]
+    pub fn bounds_within_180(&self) -> [f64; 4] {
+        let [_, south, east, north] = self.bounds;
+        if east > 180.0 {
+            [-180.0, south, 180.0, north]
+        } else {
+            self.bounds
+        }
+    }
+
+    /// Error that is certified of a zoom's finest surfaces, metres.
+    #[must_use]
+    pub fn finest_error(&self, zoom: u8) -> f64 {
+        let found = self.zooms.iter().find(|entry| entry.zoom == zoom);
+        found.map_or(0.0, |entry| entry.finest_error)
+    }
 }
 
 /// What was asked for when an archive was made.
@@ -266,6 +284,13 @@ pub struct Source {
 }
 
 impl Source {
+    /// Names of the files for clients, which show them as HTML.
+    #[must_use]
+    pub fn attribution(&self) -> String {
+        let files = self.files.join(", ");
+        files.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    }
+
     /// What the heights of tiles are above.
     #[must_use]
     pub fn tiles_above(&self) -> &str {

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use terrain_ingest::pack::{Format, simulator};
+use terrain_tiles::raster_dem::image::Encoding;
+use terrain_tiles::raster_dem::{self, RasterForm, SIZES};
 
 use super::run::RunArgs;
 use super::values::{bounds, place, positive, posts};
@@ -14,6 +16,11 @@ Examples:
   terrain-ingest pack alps.pmtiles --format 3d-tiles --bbox 7,45,8,46 -o valais
   terrain-ingest pack alps.pmtiles --format 3tz --max-zoom 10 -o coarse.3tz
   terrain-ingest pack alps.pmtiles --format mbtiles-qm -o alps.mbtiles
+  terrain-ingest pack alps.pmtiles --format pmtiles-qm -o alps-qm.pmtiles
+  terrain-ingest pack alps.pmtiles --format terrarium -o alps-terrarium.pmtiles            for MapLibre
+  terrain-ingest pack alps.pmtiles --format folder --max-error 20 -o alps-20m
+  terrain-ingest pack alps.pmtiles --format folder --polygon park.geojson -o park
+  terrain-ingest pack alps.pmtiles --format folder --since monday -o changes && terrain-ingest apply monday changes -o tuesday
   terrain-ingest pack alps.pmtiles --format sim --bbox 7.6,45.9,7.8,46.1 -o zermatt    for Gazebo, MuJoCo, Isaac Sim, PyBullet
   terrain-ingest pack alps.pmtiles --format sim --bbox 7,45,8,46 --size 2049 --spacing 10 --origin 7.66,45.98 -o valais
 
@@ -40,9 +47,25 @@ pub(crate) struct PackArgs {
     /// Tiles that meet this box in degrees, and those above them; all if not given. East exceeds 180 across the antimeridian.
     #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
     pub(crate) bbox: Option<[f64; 4]>,
-    /// The finest zoom; all if not given.
+    /// Tiles that touch a polygon of this file: GeoJSON, Shapefile or FlatGeobuf, in any coordinate reference system.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) polygon: Option<PathBuf>,
+    /// Write only what changed since this older pack, for folder, 3d-tiles and sim: a folder with those files and a list of all;
+    /// `terrain-ingest apply` makes the pack of it.
+    #[arg(long, value_name = "OLD")]
+    pub(crate) since: Option<PathBuf>,
+    /// The finest zoom, for terrarium and mapbox of Web Mercator; all if not given.
     #[arg(long, value_name = "ZOOM")]
     pub(crate) max_zoom: Option<u8>,
+    /// Stop at the first zoom whose certified error is within so many metres; for terrarium and mapbox rounding included.
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) max_error: Option<f64>,
+    /// For terrarium and mapbox: pixels along a side of a tile.
+    #[arg(long, value_name = "PIXELS", value_enum, default_value = "512")]
+    pub(crate) tile_size: TileSize,
+    /// For terrarium and mapbox: what tiles are.
+    #[arg(long, value_enum, default_value = "png")]
+    pub(crate) image: Image,
     /// For sim: longitude and latitude of the point that metres are counted from; the middle if not given.
     #[arg(long, value_name = "LON,LAT", value_parser = place, allow_hyphen_values = true)]
     pub(crate) origin: Option<[f64; 2]>,
@@ -53,8 +76,27 @@ pub(crate) struct PackArgs {
     /// For sim: metres from post to post, at most; about those of the source, twice that a zoom above its finest, if not given.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) spacing: Option<f64>,
-    /// Folder, or file for 3tz and mbtiles-qm, to write, which must not be there yet.
+    /// Folder to write, or file where the format is one, which must not be there yet.
     #[arg(short, long, value_name = "FOLDER|FILE")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// A newer pack of an older one.
+///
+/// Every file is compared with the list in the difference; nothing is written where the older pack is another than that which the
+/// difference was made from.
+#[derive(Args)]
+pub(crate) struct ApplyArgs {
+    /// The older pack.
+    #[arg(value_name = "OLD")]
+    pub(crate) old: PathBuf,
+    /// What `terrain-ingest pack --since OLD` wrote.
+    #[arg(value_name = "DIFFERENCE")]
+    pub(crate) difference: PathBuf,
+    /// Folder to write, which must not be there yet.
+    #[arg(short, long, value_name = "FOLDER")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -73,8 +115,31 @@ pub(crate) enum PackFormat {
     ThreeTz,
     /// The files of folder in one database, MBTiles; tiles compressed by gzip.
     MbtilesQm,
+    /// The same in one PMTiles file.
+    PmtilesQm,
+    /// Raster tiles of heights for MapLibre and its kin, as terrarium, in Web Mercator: one PMTiles file.
+    Terrarium,
+    /// The same as mapbox, in steps of 0.1 m.
+    Mapbox,
     /// For simulators, of the finest zoom: collision meshes, heightmaps and worlds in a local frame.
     Sim,
+}
+
+/// Pixels along a side of a raster tile.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum TileSize {
+    #[value(name = "256")]
+    Small,
+    #[value(name = "512")]
+    Large,
+}
+
+/// Files of raster tiles.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Image {
+    Png,
+    /// Lossless.
+    Webp,
 }
 
 impl PackArgs {
@@ -84,12 +149,28 @@ impl PackArgs {
             PackFormat::ThreeDTiles => Format::ThreeDTiles,
             PackFormat::ThreeTz => Format::ThreeDTilesArchive,
             PackFormat::MbtilesQm => Format::QuantizedMeshDatabase,
+            PackFormat::PmtilesQm => Format::QuantizedMeshFile,
+            PackFormat::Terrarium => Format::Rasters(self.raster(Encoding::Terrarium)),
+            PackFormat::Mapbox => Format::Rasters(self.raster(Encoding::Mapbox)),
             PackFormat::Sim => Format::Simulator(simulator::Options {
-                bbox: self.bbox,
                 origin: self.origin,
                 size: self.size,
                 spacing: self.spacing,
             }),
+        }
+    }
+
+    fn raster(&self, encoding: Encoding) -> RasterForm {
+        RasterForm {
+            size: match self.tile_size {
+                TileSize::Small => SIZES[0],
+                TileSize::Large => SIZES[1],
+            },
+            encoding,
+            format: match self.image {
+                Image::Png => raster_dem::image::Format::Png,
+                Image::Webp => raster_dem::image::Format::WebP,
+            },
         }
     }
 }

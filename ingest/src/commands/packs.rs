@@ -1,46 +1,57 @@
-//! The command that writes packs.
+//! The commands that write packs.
 
 use std::fmt::{self, Display};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::anyhow;
 use serde::Serialize;
-use terrain_ingest::pack::{self, Choice, Report, Unusable};
+use terrain_ingest::pack::{self, Area, Choice, Difference, Report, Unusable};
 use terrain_tiles::archive::Reader;
 
 use super::shared::{prepare, print_finished};
-use crate::cli::PackArgs;
+use crate::cli::{ApplyArgs, PackArgs};
 use crate::failure::Failure;
 
 pub(super) fn write_pack(arguments: &PackArgs) -> Result<(), Failure> {
     let started = Instant::now();
     prepare(&arguments.run)?;
     let archive = Reader::open(&arguments.archive).map_err(|error| Failure::Input(error.into()))?;
-    if arguments.output.exists() {
-        return Err(Failure::Input(anyhow!(
-            "{}: it is there already",
-            arguments.output.display()
-        )));
-    }
+    check_new(&arguments.output)?;
+    let area = arguments.polygon.as_deref().map(Area::read).transpose();
     let choice = Choice {
         bbox: arguments.bbox,
+        area: area.map_err(|error| Failure::Input(error.into()))?,
         max_zoom: arguments.max_zoom,
+        max_error: arguments.max_error,
     };
-    let chosen = choice.tiles(&archive);
-    if chosen.is_empty() {
-        return Err(Failure::Input(anyhow!(
-            "{}: it has no tile there",
-            arguments.archive.display()
-        )));
+    let (since, output) = (arguments.since.as_deref(), &arguments.output);
+    let report = pack::write(&archive, arguments.format(), &choice, since, output).map_err(blamed)?;
+    print_finished(Written(report), output, started, arguments.run.json)
+}
+
+pub(super) fn apply_difference(arguments: &ApplyArgs) -> Result<(), Failure> {
+    let started = Instant::now();
+    prepare(&arguments.run)?;
+    check_new(&arguments.output)?;
+    let made = pack::apply(&arguments.old, &arguments.difference, &arguments.output);
+    let (files, bytes) = made.map_err(blamed)?;
+    print_finished(Applied { files, bytes }, &arguments.output, started, arguments.run.json)
+}
+
+fn check_new(output: &Path) -> Result<(), Failure> {
+    if output.exists() {
+        return Err(Failure::Input(anyhow!("{}: it is there already", output.display())));
     }
-    let report = pack::write(&archive, arguments.format(), &chosen, &arguments.output).map_err(|error| {
-        if error.is::<Unusable>() {
-            Failure::Input(error)
-        } else {
-            Failure::Other(error)
-        }
-    })?;
-    print_finished(Written(report), &arguments.output, started, arguments.run.json)
+    Ok(())
+}
+
+fn blamed(error: anyhow::Error) -> Failure {
+    if error.is::<Unusable>() {
+        Failure::Input(error)
+    } else {
+        Failure::Other(error)
+    }
 }
 
 /// A report in words.
@@ -49,7 +60,31 @@ struct Written(Report);
 
 impl Display for Written {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Report { tiles, files, bytes } = self.0;
-        write!(f, "{tiles} tiles in {files} files, {bytes} bytes")
+        let Report {
+            tiles,
+            files,
+            bytes,
+            difference,
+        } = self.0;
+        match difference {
+            None => write!(f, "{tiles} tiles in {files} files, {bytes} bytes"),
+            Some(Difference { kept, gone }) => write!(
+                f,
+                "{files} files with what changed, {bytes} bytes; {kept} files of the old pack stay, {gone} are gone"
+            ),
+        }
+    }
+}
+
+/// A pack made of an old one and a difference.
+#[derive(Serialize)]
+struct Applied {
+    files: usize,
+    bytes: u64,
+}
+
+impl Display for Applied {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} files, {} bytes", self.files, self.bytes)
     }
 }

@@ -1,40 +1,25 @@
-//! The folder of a pack while it is written: what is in it, how large, and what it hashes to.
+//! Folders of packs: files that are written into them, and what is in them.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
-use anyhow::Context;
-use serde::Serialize;
+use anyhow::{Context, anyhow};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// A file that was written.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(super) struct Written {
-    pub(super) bytes: u64,
-    /// In hexadecimal digits.
-    pub(super) sha256: String,
-}
-
 /// A folder that threads write files into.
-pub(super) struct Folder {
-    path: PathBuf,
-    /// By their paths from the folder.
-    written: Mutex<BTreeMap<String, Written>>,
-}
+pub(super) struct Folder(PathBuf);
 
 impl Folder {
     pub(super) fn new(path: PathBuf) -> Self {
-        Self {
-            path,
-            written: Mutex::default(),
-        }
+        Self(path)
     }
 
     pub(super) fn path(&self) -> &Path {
-        &self.path
+        &self.0
     }
 
     /// Writes a whole file.
@@ -48,55 +33,60 @@ impl Folder {
         path: &str,
         write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        let written = self.written_by(path, write).with_context(|| path.to_owned())?;
-        self.locked().insert(path.to_owned(), written);
-        Ok(())
+        self.create(path)
+            .and_then(|mut out| {
+                write(&mut out)?;
+                Ok(out.flush()?)
+            })
+            .with_context(|| path.to_owned())
     }
 
-    fn written_by(
-        &self,
-        path: &str,
-        write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
-    ) -> anyhow::Result<Written> {
-        let path = self.path.join(path);
-        fs::create_dir_all(path.parent().unwrap_or(&self.path))?;
-        let mut out = BufWriter::new(Hashed {
-            file: File::create(&path)?,
-            bytes: 0,
-            hash: Sha256::new(),
-        });
-        write(&mut out)?;
-        let Hashed { bytes, hash, .. } = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Written { bytes, sha256 })
-    }
-
-    /// All files so far.
-    pub(super) fn written(&self) -> BTreeMap<String, Written> {
-        self.locked().clone()
-    }
-
-    fn locked(&self) -> std::sync::MutexGuard<'_, BTreeMap<String, Written>> {
-        self.written.lock().unwrap_or_else(PoisonError::into_inner)
+    fn create(&self, path: &str) -> anyhow::Result<BufWriter<File>> {
+        let path = self.0.join(path);
+        fs::create_dir_all(path.parent().unwrap_or(&self.0))?;
+        Ok(BufWriter::new(File::create(&path)?))
     }
 }
 
-/// A file, counted and hashed as it is written.
-struct Hashed {
-    file: File,
-    bytes: u64,
-    hash: Sha256,
+/// Bytes of the files in a folder and in those below it, by their paths from there, with `/` between names.
+pub(super) fn sizes(folder: &Path) -> anyhow::Result<BTreeMap<String, u64>> {
+    let mut sizes = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(here) = open.pop() {
+        let unreadable = || here.display().to_string();
+        for entry in fs::read_dir(&here).with_context(unreadable)? {
+            let entry = entry.with_context(unreadable)?;
+            let metadata = fs::metadata(entry.path()).with_context(unreadable)?;
+            if metadata.is_dir() {
+                open.push(entry.path());
+                continue;
+            }
+            let path = entry.path();
+            let name = path.strip_prefix(folder)?.to_str();
+            let name = name.ok_or_else(|| anyhow!("{}: its name is not UTF-8", path.display()))?;
+            sizes.insert(name.to_owned(), metadata.len());
+        }
+    }
+    Ok(sizes)
 }
 
-impl Write for Hashed {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.file.write(bytes)?;
-        self.hash.update(&bytes[..count]);
-        self.bytes += count as u64;
-        Ok(count)
-    }
+/// What tells a file from others.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Sum {
+    pub(super) bytes: u64,
+    /// In hexadecimal digits.
+    pub(super) sha256: String,
+}
 
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
+/// Of all files of a folder.
+pub(super) fn sums(folder: &Path) -> anyhow::Result<BTreeMap<String, Sum>> {
+    let sum = |(path, bytes): (String, u64)| {
+        let content = fs::read(folder.join(&path)).with_context(|| path.clone())?;
+        let sha256 = Sha256::digest(content)
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        anyhow::Ok((path, Sum { bytes, sha256 }))
+    };
+    sizes(folder)?.into_par_iter().map(sum).collect()
 }

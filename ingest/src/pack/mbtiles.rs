@@ -3,15 +3,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use rusqlite::{Connection, params};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::metadata::Metadata;
+
+use super::stored::gzipped;
 
 /// `MPBX`: what tells such a file from other databases.
 const APPLICATION: i32 = 0x4d50_4258;
@@ -39,7 +38,7 @@ pub(super) fn write(
         for address in addresses {
             let path = folder.join(format!("{address}.terrain"));
             let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
-            insert.execute(params![address.zoom, address.x, address.y, compressed(&bytes)?])?;
+            insert.execute(params![address.zoom, address.x, address.y, gzipped(&bytes)?])?;
         }
     }
     all.commit()?;
@@ -48,15 +47,13 @@ pub(super) fn write(
 
 /// What the format asks for, and what readers of quantized-mesh ask for.
 fn description(folder: &Path, metadata: &Metadata) -> anyhow::Result<BTreeMap<&'static str, String>> {
-    let [west, south, east, north] = metadata.bounds;
-    // Longitudes end at ±180.
-    let [first, last] = if east > 180.0 { [-180.0, 180.0] } else { [west, east] };
-    let middle = f64::midpoint(first, last);
+    let [west, south, east, north] = metadata.bounds_within_180();
+    let middle = f64::midpoint(west, east);
     let zoom = metadata.max_zoom;
     Ok(BTreeMap::from([
         ("name", metadata.source.files.join(", ")),
         ("format", "application/vnd.quantized-mesh".to_owned()),
-        ("bounds", format!("{first},{south},{last},{north}")),
+        ("bounds", format!("{west},{south},{east},{north}")),
         ("center", format!("{middle},{},{zoom}", f64::midpoint(south, north))),
         ("minzoom", "0".to_owned()),
         ("maxzoom", zoom.to_string()),
@@ -66,10 +63,4 @@ fn description(folder: &Path, metadata: &Metadata) -> anyhow::Result<BTreeMap<&'
         ("tile_compression", "gzip".to_owned()),
         ("json", fs::read_to_string(folder.join("layer.json"))?),
     ]))
-}
-
-fn compressed(bytes: &[u8]) -> anyhow::Result<Vec<u8>> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    encoder.write_all(bytes)?;
-    Ok(encoder.finish()?)
 }

@@ -30,14 +30,12 @@ use self::frame::Frame;
 use self::grid::Grid;
 use self::manifest::Manifest;
 use self::pieces::Pieces;
-use super::folder::Folder;
-use super::unusable::Unusable;
+use super::choice::Choice;
+use super::folder::{Folder, sums};
 
 /// What a pack for simulators is to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// West, south, east, north in degrees that heightmaps are to fill; all that the archive has if not given.
-    pub bbox: Option<[f64; 4]>,
     /// Longitude and latitude of the frame's origin; the middle if not given.
     pub origin: Option<[f64; 2]>,
     /// Posts along a side of a heightmap.
@@ -46,17 +44,18 @@ pub struct Options {
     pub spacing: Option<f64>,
 }
 
-/// Writes the tiles of the finest zoom of `chosen`. Gives how many they are.
+/// Writes the tiles `chosen`, which are of one zoom, and heightmaps of all that `choice` and the archive have in common.
 pub(super) fn write(
     archive: &Reader,
     chosen: &BTreeSet<TileAddress>,
+    choice: &Choice,
     options: Options,
     folder: &Folder,
-) -> anyhow::Result<usize> {
+) -> anyhow::Result<()> {
     let metadata = archive.metadata();
-    let zoom = chosen.iter().map(|address| address.zoom).max().unwrap_or(0);
-    let tiles: Vec<TileAddress> = chosen.iter().copied().filter(|address| address.zoom == zoom).collect();
-    let area = area(metadata, options.bbox)?;
+    let zoom = chosen.first().map_or(0, |address| address.zoom);
+    let tiles: Vec<TileAddress> = chosen.iter().copied().collect();
+    let area = choice.bounds(metadata.bounds)?;
     let middle = DVec2::new(area[0].midpoint(area[2]), area[1].midpoint(area[3]));
     let origin = options.origin.map_or(middle, DVec2::from_array);
     let frame = Frame::new(origin, &tiles, metadata.heights)?;
@@ -78,24 +77,9 @@ pub(super) fn write(
     folder.stream("mujoco.xml", |out| Ok(worlds::write_mjcf(out, &heightmaps)?))?;
     let paths = || pieces.records.iter().map(|record| &*record.path);
     folder.stream("terrain.usda", |out| Ok(usd::write_stage(out, paths())?))?;
-    let files = folder.written();
+    let files = sums(folder.path())?;
     let manifest = Manifest::new(metadata, archive.version(), &frame, &pieces, &heightmaps, files);
-    folder.write("manifest.json", &serde_json::to_vec_pretty(&manifest)?)?;
-    Ok(tiles.len())
-}
-
-/// West, south, east, north of what is both in the archive and in a box.
-fn area(metadata: &Metadata, bbox: Option<[f64; 4]>) -> Result<[f64; 4], Unusable> {
-    let whole = metadata.bounds;
-    let turns = [0.0, 360.0, -360.0].into_iter();
-    let common = |turn: f64| {
-        let [west, south, east, north] = bbox.unwrap_or(whole);
-        let low = DVec2::new(west + turn, south).max(DVec2::new(whole[0], whole[1]));
-        let high = DVec2::new(east + turn, north).min(DVec2::new(whole[2], whole[3]));
-        low.cmplt(high).all().then_some([low.x, low.y, high.x, high.y])
-    };
-    let found = turns.filter_map(common).next();
-    found.ok_or_else(|| Unusable("the archive has nothing in that box".to_owned()))
+    folder.write("manifest.json", &serde_json::to_vec_pretty(&manifest)?)
 }
 
 /// Metres from sample to sample of the source, doubled for each zoom above the leaves.

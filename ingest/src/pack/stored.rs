@@ -1,11 +1,21 @@
-//! Tiles of an archive, decoded.
+//! Tiles of an archive, decoded; and what is stored in a pack.
 
-use anyhow::Context;
+use std::io::Write;
+use std::sync::Arc;
+
+use anyhow::{Context, anyhow};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use moka::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::quantized_mesh::addresses_around;
 use terrain_tiles::formats::{LevelLimits, spt};
+use terrain_tiles::ground::Ground;
 use terrain_tiles::tile::Tile;
+
+/// Surfaces kept in memory to be asked for heights, bytes.
+const GROUND_BYTES: u64 = 256 << 20;
 
 pub(super) fn bytes(archive: &Reader, address: TileAddress) -> anyhow::Result<Vec<u8>> {
     archive
@@ -24,4 +34,41 @@ pub(super) fn tiles_around(archive: &Reader, address: TileAddress) -> anyhow::Re
         .filter(|&other| archive.checksum(other).is_some())
         .map(|other| tile(archive, other))
         .collect()
+}
+
+/// A tile as one-file packs of quantized-mesh keep it.
+pub(super) fn gzipped(bytes: &[u8]) -> anyhow::Result<Vec<u8>> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(bytes)?;
+    Ok(encoder.finish()?)
+}
+
+/// Surfaces that are asked for heights, each decoded once if there is room for it.
+pub(super) struct Grounds<'a> {
+    archive: &'a Reader,
+    kept: Cache<TileAddress, Option<Arc<Ground>>>,
+}
+
+impl<'a> Grounds<'a> {
+    pub(super) fn of(archive: &'a Reader) -> Self {
+        let weight = |_: &TileAddress, ground: &Option<Arc<Ground>>| {
+            let bytes = ground.as_ref().map_or(1, |ground| ground.size());
+            u32::try_from(bytes).unwrap_or(u32::MAX)
+        };
+        Self {
+            archive,
+            kept: Cache::builder().weigher(weight).max_capacity(GROUND_BYTES).build(),
+        }
+    }
+
+    /// That of the tile at `address`, if there is one.
+    pub(super) fn at(&self, address: TileAddress) -> anyhow::Result<Option<Arc<Ground>>> {
+        let decode = || {
+            let is_there = self.archive.checksum(address).is_some();
+            let decoded = is_there.then(|| tile(self.archive, address)).transpose()?;
+            anyhow::Ok(decoded.map(|tile| Arc::new(Ground::of(&tile))))
+        };
+        let found = self.kept.try_get_with(address, decode);
+        found.map_err(|error: Arc<anyhow::Error>| anyhow!("{error:#}"))
+    }
 }

@@ -7,19 +7,15 @@
 use std::ops::Range;
 use std::path::Path;
 
-use gdal::vector::{GeometryRef, LayerAccess, OGRwkbGeometryType};
-use gdal::{Dataset, DatasetOptions, GdalOpenFlags};
 use glam::{DAffine2, DVec2};
 use terrain_tiles::water;
 
+use super::ReadError;
 use super::composition::common;
-use super::drivers::{VECTOR_DRIVERS, prepare_gdal};
 use super::layout::is_laid_plane;
-use super::{ReadError, crs};
-use crate::georeference::{Crs, GeoReferenceError, converted, nearest_turn};
+use super::polygons::{layers, rings_in, wgs84};
+use crate::georeference::{Crs, nearest_turn};
 
-/// Vertices of all polygons of a file, at most.
-const MOST_VERTICES: usize = 1 << 24;
 /// Places in a degree that are told of water: a centimetre on the ground.
 const PLACES_IN_A_DEGREE: f64 = 1e7;
 /// Rows that are read at once to find a level.
@@ -46,47 +42,19 @@ pub(super) struct Lake {
 /// # Errors
 /// When the file cannot be read, or has no place on the lattice's plane.
 pub(super) fn lakes(path: &Path, is_water: bool, lattice: &Crs, to_crs: DAffine2) -> Result<Vec<Lake>, ReadError> {
-    prepare_gdal(false);
-    std::fs::metadata(path).map_err(|error| ReadError::unreadable(path, error))?;
-    let options = DatasetOptions {
-        open_flags: GdalOpenFlags::GDAL_OF_VECTOR | GdalOpenFlags::GDAL_OF_READONLY,
-        allowed_drivers: Some(&VECTOR_DRIVERS),
-        ..DatasetOptions::default()
-    };
-    let dataset = Dataset::open_ex(path, options).map_err(|error| ReadError::gdal(path, error))?;
-    let to_lattice = to_crs.inverse();
-    let wgs84 = Crs {
-        name: "EPSG:4326".to_owned(),
-        definition: "EPSG:4326".to_owned(),
-    };
+    let laid = is_laid_plane(lattice).then_some(lattice);
+    let position = |source| ReadError::Position(path.to_owned(), source);
+    let (to_lattice, wgs84) = (to_crs.inverse(), wgs84());
     let mut found = Vec::new();
-    let mut vertices = 0;
-    for mut layer in dataset.layers() {
-        let own = if is_laid_plane(lattice) {
-            lattice.clone()
-        } else {
-            let described = layer.spatial_ref().as_ref().and_then(crs::describe);
-            described.ok_or_else(|| ReadError::NoCrs(path.to_owned()))?
-        };
-        for feature in layer.features() {
-            let Some(geometry) = feature.geometry() else { continue };
-            let mut rings = Vec::new();
-            collect_rings(geometry, &mut rings);
-            vertices += rings.iter().map(Vec::len).sum::<usize>();
-            if vertices > MOST_VERTICES {
-                return Err(ReadError::TooLarge {
-                    path: path.to_owned(),
-                    what: format!("{vertices} vertices of polygons"),
-                    limit: MOST_VERTICES,
-                });
-            }
-            let position = |source| ReadError::Position(path.to_owned(), source);
+    for layer in layers(path, laid)? {
+        for polygons in layer.features {
+            let rings = polygons.concat();
             let on_earth = if is_water {
-                rings_in(&rings, &own, &wgs84).map_err(position)?
+                rings_in(&rings, &layer.crs, &wgs84).map_err(position)?
             } else {
                 Vec::new()
             };
-            let mut on_lattice = rings_in(&rings, &own, lattice).map_err(position)?;
+            let mut on_lattice = rings_in(&rings, &layer.crs, lattice).map_err(position)?;
             let points = on_lattice.iter_mut().flatten();
             points.for_each(|at| *at = to_lattice.transform_point2(*at));
             found.push(Lake {
@@ -95,22 +63,7 @@ pub(super) fn lakes(path: &Path, is_water: bool, lattice: &Crs, to_crs: DAffine2
             });
         }
     }
-    if found.iter().all(|lake| lake.rings.is_empty()) {
-        return Err(ReadError::unreadable(path, "it has no polygon"));
-    }
     Ok(found)
-}
-
-/// Rings of one reference system in another.
-fn rings_in(rings: &[Vec<DVec2>], from: &Crs, to: &Crs) -> Result<Vec<Vec<DVec2>>, GeoReferenceError> {
-    let converted = |ring: &Vec<DVec2>| {
-        if from == to {
-            Ok(ring.clone())
-        } else {
-            converted(from, to, ring)
-        }
-    };
-    rings.iter().map(converted).collect()
 }
 
 /// A ring of longitudes and latitudes, to a centimetre on the ground; longitudes go on past the antimeridian.
@@ -122,21 +75,6 @@ fn degrees(ring: &[DVec2]) -> Vec<[f64; 2]> {
         ((at * PLACES_IN_A_DEGREE).round() / PLACES_IN_A_DEGREE).to_array()
     };
     ring.iter().map(place).collect()
-}
-
-/// The rings of a polygon, or of all polygons of a collection.
-fn collect_rings(geometry: &gdal::vector::Geometry, rings: &mut Vec<Vec<DVec2>>) {
-    let is_polygon = |kind| matches!(kind, OGRwkbGeometryType::wkbPolygon | OGRwkbGeometryType::wkbPolygon25D);
-    for index in 0..geometry.geometry_count() {
-        let part: GeometryRef<'_> = geometry.get_geometry(index);
-        if is_polygon(geometry.geometry_type()) {
-            let mut points = Vec::new();
-            part.get_points(&mut points);
-            rings.push(points.into_iter().map(|(x, y, _)| DVec2::new(x, y)).collect());
-        } else {
-            collect_rings(&part, rings);
-        }
-    }
 }
 
 impl Lake {

@@ -13,9 +13,8 @@ use std::array;
 use axum::body::Bytes;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::ellipsoid::{Geodetic, to_earth_centred};
+use terrain_tiles::raster_dem::image::{Format, write};
 
-use super::image::{Format, write};
-use crate::failure::Failure;
 use crate::heights::{Heights, Place};
 use crate::tileset::{TileError, Tileset};
 
@@ -48,7 +47,7 @@ pub(super) fn draw(
             colours.extend(colour(gradient(window, cell)));
         }
     }
-    write(format, &colours, CELLS as u32 + 1).map_err(|error| Failure::internal(error).into())
+    Ok(write(format, &colours, CELLS as u32 + 1)?.into())
 }
 
 /// Row by row from the north. Counted around the Earth, so that tiles say the same of the same corner.

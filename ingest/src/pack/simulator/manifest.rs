@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3, UVec2};
 use serde::Serialize;
 use terrain_tiles::metadata::Metadata;
 
-use super::super::folder::Written;
+use super::super::folder::Sum;
 use super::frame::Frame;
 use super::heightmaps::{Heightmap, Heightmaps};
 use super::pieces::{Pieces, Record};
@@ -21,7 +21,7 @@ pub(super) struct Manifest {
     meshes: Meshes,
     heightmaps: HeightmapsInWords,
     /// By their paths.
-    files: BTreeMap<String, Written>,
+    files: BTreeMap<String, Sum>,
 }
 
 #[derive(Serialize)]
@@ -121,7 +121,7 @@ impl Manifest {
         frame: &Frame,
         pieces: &Pieces,
         heightmaps: &Heightmaps,
-        files: BTreeMap<String, Written>,
+        files: BTreeMap<String, Sum>,
     ) -> Self {
         let certified = pieces.greatest(|record| record.error);
         let steepest = pieces.greatest(|record| record.steepest);

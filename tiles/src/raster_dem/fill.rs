@@ -1,6 +1,6 @@
 //! Heights under voids: those around them, spread smoothly. No height that comes out is beyond those that went in.
 
-use terrain_tiles::spread::Values;
+use crate::spread::Values;
 
 /// Fills what is none in a square of `size` a side, a power of two; where everything is none, all of it stays so.
 pub(super) fn fill_voids(heights: &mut [Option<f64>], size: usize) {

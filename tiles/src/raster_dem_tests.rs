@@ -59,13 +59,19 @@ fn voids_are_filled_with_heights_between_those_around_them() {
 
 #[test]
 fn pixels_are_where_web_mercator_has_them() {
-    let world = pixel_centres(MercatorTile { zoom: 0, x: 0, y: 0 }, 256);
+    let world = mercator::pixel_centres(SquareTile { zoom: 0, x: 0, y: 0 }, 256);
     assert_eq!(world.len(), 256 * 256);
-    assert!((world[0].latitude - LATITUDES).abs() < 0.1 && (world[0].longitude + 180.0).abs() < 0.71);
-    let tile = MercatorTile { zoom: 1, x: 1, y: 0 };
-    assert_eq!([tile.longitude(0.0), tile.longitude(1.0)], [0.0, 180.0]);
-    assert!(tile.latitude(1.0).abs() < 1e-12 && (tile.latitude(0.0) - LATITUDES).abs() < 1e-9);
-    assert!((tile.latitude(0.5) - 66.513_260_443_11).abs() < 1e-9);
+    assert!((world[0].latitude - mercator::LATITUDES).abs() < 0.1 && (world[0].longitude + 180.0).abs() < 0.71);
+    let tile = SquareTile { zoom: 1, x: 1, y: 0 };
+    assert_eq!(
+        [mercator::longitude(tile, 0.0), mercator::longitude(tile, 1.0)],
+        [0.0, 180.0]
+    );
+    assert!(
+        mercator::latitude(tile, 1.0).abs() < 1e-12
+            && (mercator::latitude(tile, 0.0) - mercator::LATITUDES).abs() < 1e-9
+    );
+    assert!((mercator::latitude(tile, 0.5) - 66.513_260_443_11).abs() < 1e-9);
 }
 
 #[test]
@@ -84,4 +90,29 @@ fn files_have_the_colours_that_went_in_and_no_profile() {
         .read_image(&mut read)
         .unwrap();
     assert_eq!(read, colours);
+}
+
+#[test]
+fn tiles_over_a_square_are_those_that_meet_it() {
+    for (zoom, x, y) in [(0, 0, 0), (3, 5, 7), (5, 40, 21), (9, 271, 360)] {
+        let address = TileAddress { zoom, x, y };
+        let (west, south, side) = (address.west(), address.south(), address.degrees());
+        for zoom in 0..=zoom.min(6) {
+            let found: Vec<SquareTile> = mercator::tiles_over(address, zoom).collect();
+            let all = (0..1_u32 << zoom).flat_map(|y| (0..1 << zoom).map(move |x| SquareTile { zoom, x, y }));
+            let meets = |&tile: &SquareTile| {
+                let [left, bottom, right, top] = mercator::bounds(tile);
+                left < west + side && right > west && bottom < south + side && top > south
+            };
+            for tile in all.filter(meets) {
+                assert!(found.contains(&tile), "{address} {tile:?}");
+            }
+            for tile in found {
+                assert!(
+                    mercator::meets(tile, [west, south - 1e-9, west + side, south + side + 1e-9]),
+                    "{address} {tile:?}"
+                );
+            }
+        }
+    }
 }

@@ -1,29 +1,34 @@
 //! Heights as colours, and colours as files.
 
-use axum::body::Bytes;
-use png::{BitDepth, ColorType, Encoder};
+use std::io;
 
-use crate::failure::Failure;
+use png::{BitDepth, ColorType, Encoder};
 
 /// Numbers of 24 bits, the most significant in red.
 const LARGEST: f64 = 16_777_215.0;
 
 /// How a colour stands for a height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Encoding {
+pub enum Encoding {
+    /// Metres and 256ths of them.
     Terrarium,
+    /// Decimetres.
     Mapbox,
 }
 
 /// What file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Format {
+pub enum Format {
+    /// Its colours are compressed without loss.
     Png,
+    /// So are those of this one.
     WebP,
 }
 
 impl Encoding {
-    pub(crate) fn name(self) -> &'static str {
+    /// What clients call it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Terrarium => "terrarium",
             Self::Mapbox => "mapbox",
@@ -56,24 +61,28 @@ impl Encoding {
 }
 
 impl Format {
-    pub(super) fn named(name: &str) -> Result<Self, Failure> {
-        match name {
-            "png" => Ok(Self::Png),
-            "webp" => Ok(Self::WebP),
-            other => Err(Failure::BadRequest(format!(
-                "raster tiles end in .png or .webp, not in “{other}”"
-            ))),
+    /// The format that files with this ending have.
+    #[must_use]
+    pub fn named(ending: &str) -> Option<Self> {
+        match ending {
+            "png" => Some(Self::Png),
+            "webp" => Some(Self::WebP),
+            _ => None,
         }
     }
 
-    pub(super) fn name(self) -> &'static str {
+    /// What its files end in.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Png => "png",
             Self::WebP => "webp",
         }
     }
 
-    pub(super) fn content_type(self) -> &'static str {
+    /// As HTTP calls it.
+    #[must_use]
+    pub fn content_type(self) -> &'static str {
         match self {
             Self::Png => "image/png",
             Self::WebP => "image/webp",
@@ -82,7 +91,10 @@ impl Format {
 }
 
 /// A file of a square of colours. It has no colour profile: a client would change the numbers by it.
-pub(super) fn write(format: Format, colours: &[u8], size: u32) -> Result<Bytes, Box<dyn std::error::Error>> {
+///
+/// # Errors
+/// Where `colours` are not three numbers for each of `size` times `size` pixels.
+pub fn write(format: Format, colours: &[u8], size: u32) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
     match format {
         Format::Png => {
@@ -93,8 +105,9 @@ pub(super) fn write(format: Format, colours: &[u8], size: u32) -> Result<Bytes, 
         }
         Format::WebP => {
             let encoder = image_webp::WebPEncoder::new(&mut file);
-            encoder.encode(colours, size, size, image_webp::ColorType::Rgb8)?;
+            let encoded = encoder.encode(colours, size, size, image_webp::ColorType::Rgb8);
+            encoded.map_err(io::Error::other)?;
         }
     }
-    Ok(file.into())
+    Ok(file)
 }

@@ -1,0 +1,142 @@
+//! Raster tiles of heights, in Web Mercator, for MapLibre and its kin: from the surface that is drawn.
+//!
+//! ```text
+//! pixel centres ─▶ heights of the surface of a zoom ─▶ voids filled ─▶ rounded once ─▶ numbers in colours ─▶ PNG, WebP
+//! ```
+//!
+//! | | a colour (r, g, b) is, in metres |
+//! | --- | --- |
+//! | terrarium | 256 r + g + b / 256 − 32,768 |
+//! | mapbox | (65,536 r + 256 g + b) / 10 − 10,000 |
+
+mod fill;
+pub mod image;
+pub mod mercator;
+
+use std::io;
+use std::ops::Deref;
+
+use serde_json::{Value, json};
+
+use self::image::{Encoding, Format};
+use crate::address::TileAddress;
+use crate::ground::{Ground, Place, answers};
+use crate::metadata::Metadata;
+use crate::tile_file::SquareTile;
+
+/// Pixels along a side; a tile of 512 covers the square of one of 256.
+pub const SIZES: [u32; 2] = [256, 512];
+/// Rounding takes no more than this part of the surface's error.
+const PART_OF_ERROR: f64 = 0.25;
+/// Metres: where errors are large, heights are rounded to no more than this.
+const COARSEST_QUANTUM: f64 = 32.0;
+
+/// What a raster tile looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct RasterForm {
+    /// Pixels along a side, one of [`SIZES`].
+    pub size: u32,
+    /// How colours stand for heights.
+    pub encoding: Encoding,
+    /// What file.
+    pub format: Format,
+}
+
+impl RasterForm {
+    /// The surface's zoom that rasters of a zoom are drawn from. A tile of 256 pixels of zoom z is two tiles of the surface's zoom z
+    /// wide; one of 512 has the pixels of the next.
+    #[must_use]
+    pub fn surface_zoom(&self, metadata: &Metadata, zoom: u8) -> u8 {
+        (zoom + self.zooms_finer()).min(metadata.max_zoom)
+    }
+
+    /// The last zoom that shows more than the one before.
+    #[must_use]
+    pub fn finest_zoom(&self, metadata: &Metadata) -> u8 {
+        metadata.max_zoom.saturating_sub(self.zooms_finer())
+    }
+
+    fn zooms_finer(&self) -> u8 {
+        u8::from(self.size == SIZES[1])
+    }
+
+    /// How far a pixel's height may be from the source at its middle, metres: the surface's certified error, and what is rounded.
+    #[must_use]
+    pub fn error(&self, metadata: &Metadata, zoom: u8) -> f64 {
+        self.surface_error(metadata, zoom) + self.quantum(metadata, zoom) / 2.0
+    }
+
+    fn surface_error(&self, metadata: &Metadata, zoom: u8) -> f64 {
+        metadata.finest_error(self.surface_zoom(metadata, zoom))
+    }
+
+    /// Metres to which heights of a zoom are rounded: a power of two times the encoding's own step.
+    #[must_use]
+    pub fn quantum(&self, metadata: &Metadata, zoom: u8) -> f64 {
+        let most = (self.surface_error(metadata, zoom) * PART_OF_ERROR).min(COARSEST_QUANTUM);
+        let mut quantum = self.encoding.step();
+        while quantum * 2.0 <= most {
+            quantum *= 2.0;
+        }
+        quantum
+    }
+
+    /// What clients are told of the rasters of zooms 0 to `finest`, as TileJSON has it, but for their address.
+    #[must_use]
+    pub fn description(&self, metadata: &Metadata, finest: u8) -> Value {
+        let [west, south, east, north] = metadata.bounds_within_180();
+        let [south, north] = [south, north].map(|latitude| latitude.clamp(-mercator::LATITUDES, mercator::LATITUDES));
+        let zoom = |zoom| {
+            json!({
+                "zoom": zoom,
+                "error": self.surface_error(metadata, zoom),
+                "quantum": self.quantum(metadata, zoom),
+            })
+        };
+        json!({
+            "encoding": self.encoding.name(),
+            "tileSize": self.size,
+            "minzoom": 0,
+            "maxzoom": finest,
+            "bounds": [west, south, east, north],
+            "attribution": metadata.source.attribution(),
+            "heights_above": metadata.source.tiles_above(),
+            "from": "surface",
+            "zooms": (0..=finest).map(zoom).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The file of a tile of the archive that `metadata` describe, from the surfaces that `ground_at` gives.
+    ///
+    /// # Errors
+    /// What `ground_at` says, or the encoder.
+    pub fn draw<G: Deref<Target = Ground> + Clone, E: From<io::Error>>(
+        &self,
+        metadata: &Metadata,
+        tile: SquareTile,
+        ground_at: impl FnMut(TileAddress) -> Result<Option<G>, E>,
+    ) -> Result<Vec<u8>, E> {
+        let places = mercator::pixel_centres(tile, self.size);
+        let zoom = self.surface_zoom(metadata, tile.zoom);
+        let found = answers(zoom, &places, ground_at, |ground, at| {
+            ground.height(at.longitude, at.latitude)
+        })?;
+        let is_void = |place: &Place| metadata.covers(place.longitude, place.latitude);
+        let mut heights: Vec<Option<f64>> = found
+            .into_iter()
+            .zip(&places)
+            .map(|(height, place)| height.or_else(|| (!is_void(place)).then_some(0.0)))
+            .collect();
+        fill::fill_voids(&mut heights, self.size as usize);
+        let quantum = self.quantum(metadata, tile.zoom);
+        let colours: Vec<u8> = heights
+            .iter()
+            .flat_map(|metres| self.encoding.colour(metres.unwrap_or(0.0), quantum))
+            .collect();
+        Ok(image::write(self.format, &colours, self.size)?)
+    }
+}
+
+#[cfg(test)]
+#[path = "raster_dem_tests.rs"]
+mod tests;
