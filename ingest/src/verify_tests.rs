@@ -168,6 +168,24 @@ fn a_void_of_the_source_may_not_be_covered_but_may_be_a_hole() {
     assert!(report.holds(), "{report}");
 }
 
+/// Four voids: no post of theirs is further than a cell from the edge of what they leave out, but the middle is one and a half.
+#[test]
+fn a_hole_that_is_closed_is_measured_by_its_middle() {
+    let violated = |claimed_cells: f64| {
+        let mut sample = Sample::new();
+        for post in [5, 6].map(|row| row * fixture::SAMPLES) {
+            sample.grid.heights[post + 3..post + 5].fill(f32::NAN);
+        }
+        let cell = sample.grid.georeference.cell_metres(glam::DVec2::new(3.0, 5.0));
+        for tile in sample.tiles.values_mut() {
+            tile.outline_errors.fill(claimed_cells * cell.max_element());
+        }
+        names(&verify(&sample), LEAF, "the mesh ends where the source does not")
+    };
+    assert!(violated(1.4));
+    assert!(!violated(1.51));
+}
+
 #[test]
 fn samples_that_the_mesh_leaves_out_are_measured_from_its_outline() {
     let mut sample = Sample::with_void(4, 5);

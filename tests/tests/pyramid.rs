@@ -183,6 +183,59 @@ fn two_adjacent_tiles_with_a_void_sea_meet_bit_for_bit_and_nest() {
     assert!(report.shared_sides > 500 && report.parents > 100, "{report}");
 }
 
+/// Hills with a thousand voids, each alone or beside a few others.
+fn raster_with_voids(folder: &Path) -> PathBuf {
+    const SIDE: usize = 320;
+    let mut random = fastrand::Rng::with_seed(1);
+    let height = |i: usize| {
+        let [x, y] = [(i % SIDE) as f64, (i / SIDE) as f64];
+        500.0 + 80.0 * (x / 40.0).sin() * (y / 55.0).cos() + 20.0 * (x / 9.0 + y / 13.0).sin()
+    };
+    let mut heights: Vec<f64> = (0..SIDE * SIDE).map(height).collect();
+    for _ in 0..1000 {
+        heights[random.usize(2..SIDE - 2) * SIDE + random.usize(2..SIDE - 2)] = -9999.0;
+    }
+    let mut text =
+        format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 7\nyllcorner 46\ncellsize 0.000277777778\nNODATA_value -9999\n");
+    for row in heights.chunks(SIDE) {
+        let row: Vec<String> = row.iter().map(|height| format!("{height:.2}")).collect();
+        text.push_str(&(row.join(" ") + "\n"));
+    }
+    let crs = r#"GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;
+    std::fs::write(folder.join("voids.prj"), crs).unwrap();
+    std::fs::write(folder.join("voids.asc"), text).unwrap();
+    folder.join("voids.asc")
+}
+
+#[test]
+fn a_thousand_voids_are_gone_where_levels_err_by_more_and_that_is_claimed() {
+    let folder = TempDir::new().unwrap();
+    let built = Built::new(&[raster_with_voids(folder.path())], 5.0);
+    let report = built.verified("archive.pmtiles");
+    assert!(report.holds(), "{report}");
+    let (coarsest, finest) = (&report.zooms[0], &report.zooms[report.zooms.len() - 1]);
+    assert!(finest.triangles > 3000, "the leaves have every hole: {report}");
+    assert!(coarsest.triangles < 50, "{report}");
+
+    // The claim is what keeps holes open: an archive that claims less of its outlines is found out.
+    let reader = Reader::open(&built.path("archive.pmtiles")).unwrap();
+    let changed = reader.addresses().find(|address| address.zoom == 6).unwrap();
+    with_change(
+        &built.path("archive.pmtiles"),
+        &built.path("lies.pmtiles"),
+        changed,
+        |tile| {
+            tile.outline_errors.fill(10.0);
+        },
+    );
+    let report = built.verified("lies.pmtiles");
+    let of_tile = |what: &str| {
+        let mut violations = report.violations.iter();
+        violations.any(|violation| violation.tile == Some(changed.to_string()) && violation.what.contains(what))
+    };
+    assert!(of_tile("the mesh ends where the source does not"), "{report}");
+}
+
 #[test]
 fn a_projected_raster_is_certified_on_the_earth() {
     let Some(file) = shared_data("projected/elev_vinschgau_250m_utm32.tif") else {

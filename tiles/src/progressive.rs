@@ -72,20 +72,22 @@ impl Frame {
     }
 }
 
-/// Vertices and triangles of the mesh from which the splits of level 0 begin.
+/// From what the splits of level 0 begin, and what they may do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BaseSize {
-    /// Its vertices.
+pub struct Start {
+    /// Vertices of the base mesh.
     pub vertices: u32,
     /// Its triangles.
     pub triangles: u32,
+    /// Whether any split opens a hole.
+    pub opens_holes: bool,
 }
 
 /// A coded partition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coded {
-    /// The mesh of which level 0 begins.
-    pub base: BaseSize,
+    /// From what level 0 begins.
+    pub start: Start,
     /// The bytes of each level.
     pub levels: Vec<Vec<u8>>,
 }
@@ -123,14 +125,15 @@ pub fn encode(partition: &SurfacePartition, boundary_from: usize, frame: &Frame)
     let collapses = unravel(partition, frame.is_height_field).map_err(|fault| Uncodable::NotASplit(fault.0))?;
     let (base, originals) = numbered_base(partition, &collapses);
     let mut schedule = Schedule::new(partition, &collapses, originals);
-    let size = BaseSize {
+    let start = Start {
         vertices: base.positions.len() as u32,
         triangles: base.triangles.len() as u32,
+        opens_holes: collapses.undos.iter().any(|undo| undo.side.opens_hole()),
     };
     let mut encoder = Encoder::new();
     let count = [base.positions.len(), base.triangles.len()];
     Base::code(&mut encoder, count, frame.bounds, &base).ok_or(Uncodable::NotASurface)?;
-    let mut coder = level_coder(base, frame);
+    let mut coder = level_coder(base, frame, start.opens_holes);
     let mut levels = Vec::with_capacity(partition.levels.len());
     for (index, level) in partition.levels.iter().enumerate() {
         schedule.level = index as u32;
@@ -141,7 +144,7 @@ pub fn encode(partition: &SurfacePartition, boundary_from: usize, frame: &Frame)
         levels.push(std::mem::replace(&mut encoder, Encoder::new()).finish());
     }
     check_result(partition, &coder, &schedule)?;
-    Ok(Coded { base: size, levels })
+    Ok(Coded { start, levels })
 }
 
 /// A level to decode.
@@ -161,15 +164,15 @@ pub struct Run<'a> {
 ///
 /// # Errors
 /// The first level whose bytes make no surface of its size, or that is cut before its base ends.
-pub fn decode(base: BaseSize, runs: &[Run], boundary_from: usize, frame: &Frame) -> Result<SurfacePartition, Damaged> {
+pub fn decode(start: Start, runs: &[Run], boundary_from: usize, frame: &Frame) -> Result<SurfacePartition, Damaged> {
     let first = runs.first().ok_or(Damaged(0))?;
     let mut decoder = Decoder::new(first.bytes, first.is_cut);
-    if base.vertices > first.level.vertex_end || base.triangles > first.level.triangle_end {
+    if start.vertices > first.level.vertex_end || start.triangles > first.level.triangle_end {
         return Err(Damaged(0));
     }
-    let size = [base.vertices as usize, base.triangles as usize];
+    let size = [start.vertices as usize, start.triangles as usize];
     let read = Base::code(&mut decoder, size, frame.bounds, &Base::default());
-    let mut coder = level_coder(read.ok_or(Damaged(0))?, frame);
+    let mut coder = level_coder(read.ok_or(Damaged(0))?, frame, start.opens_holes);
     let mut levels = Vec::with_capacity(runs.len());
     for (index, run) in runs.iter().enumerate() {
         if index > 0 {
@@ -212,8 +215,8 @@ fn stage(index: usize, boundary_from: usize) -> Stage {
     }
 }
 
-fn level_coder(base: Base, frame: &Frame) -> LevelCoder {
-    let splits = SplitModel::new(frame.is_height_field, frame.sampling);
+fn level_coder(base: Base, frame: &Frame, opens_holes: bool) -> LevelCoder {
+    let splits = SplitModel::new(frame.is_height_field, frame.sampling, opens_holes);
     let vertices = base.positions.iter().map(|&position| splits.vertex(position)).collect();
     LevelCoder::new(GrowingSurface::new(vertices, &base.triangles), splits, frame.bounds)
 }

@@ -30,6 +30,7 @@ pub(crate) fn hills(side: u32) -> SurfacePartition {
                 red: number(x + 1, y),
                 red_before,
                 red_after,
+                closes_hole: false,
             });
         }
         log.bands.push(Band {
@@ -73,7 +74,7 @@ pub(crate) fn assert_same_levels(one: &SurfacePartition, other: &SurfacePartitio
 }
 
 fn decoded(coded: &Coded, partition: &SurfacePartition, frame: &Frame) -> Result<SurfacePartition, Damaged> {
-    decode(coded.base, &runs(coded, partition), partition.levels.len(), frame)
+    decode(coded.start, &runs(coded, partition), partition.levels.len(), frame)
 }
 
 fn runs<'a>(coded: &'a Coded, partition: &SurfacePartition) -> Vec<Run<'a>> {
@@ -93,7 +94,7 @@ fn every_level_of_a_height_field_comes_back() {
     let decoded = decoded(&coded, &partition, &frame).unwrap();
     assert_same_levels(&partition, &decoded);
     partition::validate(&decoded).unwrap();
-    assert_eq!(coded.base.triangles, 1, "the square comes down to one triangle");
+    assert_eq!(coded.start.triangles, 1, "the square comes down to one triangle");
 }
 
 #[test]
@@ -112,7 +113,7 @@ fn a_prefix_of_the_levels_is_a_partition() {
     let partition = hills(20);
     let frame = frame(&partition);
     let coded = encode(&partition, partition.levels.len(), &frame).unwrap();
-    let prefix = decode(coded.base, &runs(&coded, &partition)[..3], 99, &frame).unwrap();
+    let prefix = decode(coded.start, &runs(&coded, &partition)[..3], 99, &frame).unwrap();
     partition::validate(&prefix).unwrap();
     assert!(sorted(&prefix.lod(2)) == sorted(&partition.lod(2)));
 }
@@ -141,7 +142,7 @@ fn a_level_cut_anywhere_is_a_surface_of_the_splits_that_are_there() {
             is_cut: true,
             ..whole
         };
-        let cut = decode(coded.base, &[run], 99, &frame).unwrap();
+        let cut = decode(coded.start, &[run], 99, &frame).unwrap();
         partition::validate(&cut).unwrap();
         let surface = cut.lod(0);
         terrain_core::mesh::validate(&surface).unwrap();
@@ -149,4 +150,72 @@ fn a_level_cut_anywhere_is_a_surface_of_the_splits_that_are_there() {
         before = surface.triangles.len();
     }
     assert!(before > 9 * whole.level.triangle_end as usize / 10, "{before}");
+}
+
+/// A square with a hole of three vertices in every fourth cell of every fourth row. Each is closed by another one of the six collapses
+/// that do.
+fn pierced(side: u32) -> SurfacePartition {
+    let at = |x: u32, y: u32| DVec3::new(f64::from(16 * x), f64::from(16 * y), f64::from((x * y) % 7));
+    let number = |x: u32, y: u32| y * side + x;
+    let mut mesh = Mesh {
+        positions: (0..side * side).map(|v| at(v % side, v / side)).collect(),
+        triangles: Vec::new(),
+    };
+    let mut holes = Vec::new();
+    for (x, y) in (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| (x, y))) {
+        let [a, b, c, d] = [number(x, y), number(x + 1, y), number(x + 1, y + 1), number(x, y + 1)];
+        let is_hole = x % 4 == 2 && y % 4 == 2 && x + 3 < side && y + 3 < side;
+        mesh.triangles.push([a, c, d]);
+        if is_hole {
+            holes.push([a, b, c]);
+        } else {
+            mesh.triangles.push([a, b, c]);
+        }
+    }
+    let ways = [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]];
+    let mut log = CollapseLog::default();
+    for (index, hole) in holes.iter().enumerate() {
+        let [blue, red] = ways[index % ways.len()].map(|corner| hole[corner]);
+        let red_before = mesh.positions[red as usize];
+        log.collapses.push(Collapse {
+            blue,
+            red,
+            red_before,
+            red_after: red_before + DVec3::Z,
+            closes_hole: true,
+        });
+    }
+    let end = log.collapses.len();
+    log.bands.push(Band { end, error: 1.0 });
+    SurfacePartition::from_log(&mesh, &log, 0.0).unwrap()
+}
+
+#[test]
+fn holes_that_open_from_level_to_level_come_back() {
+    let partition = pierced(30);
+    for is_height_field in [true, false] {
+        let frame = Frame {
+            is_height_field,
+            ..frame(&partition)
+        };
+        let coded = encode(&partition, partition.levels.len(), &frame).unwrap();
+        assert!(coded.start.opens_holes);
+        assert_eq!(coded.start.triangles, 1, "the closed square comes down to one triangle");
+        let decoded = decoded(&coded, &partition, &frame).unwrap();
+        assert_same_levels(&partition, &decoded);
+        let holes = |level: usize| {
+            let mesh = decoded.lod(level);
+            terrain_core::mesh::boundary_edges(&mesh.triangles).len() as u32 - 4 * 29
+        };
+        assert_eq!([0, 1].map(holes), [0, 3 * 49]);
+        let surface = decoded.lod(1);
+        terrain_core::mesh::validate(&surface).unwrap();
+    }
+}
+
+#[test]
+fn surfaces_whose_holes_stay_are_told_to_open_none() {
+    let partition = hills(20);
+    let coded = encode(&partition, partition.levels.len(), &frame(&partition)).unwrap();
+    assert!(!coded.start.opens_holes);
 }

@@ -215,7 +215,13 @@ impl<'a> CubicSurface<'a> {
             squares: 0.0,
         };
         let red = edge.red;
-        Some((Chosen { red, place, strays }, slope))
+        let chosen = Chosen {
+            red,
+            place,
+            strays,
+            closes: None,
+        };
+        Some((chosen, slope))
     }
 
     /// The tangent of a vertex amid the ring, within the tolerance of all samples gathered.

@@ -20,7 +20,7 @@ use crate::height_field::ring::Ring;
 use crate::height_field::rules::{Allowance, Quality, Shape, VertexKind};
 use crate::height_field::sampled_surface::{Chosen, Gathered, Place, SampledSurface};
 use crate::height_field::samples::Sample;
-use crate::topology::edge_collapse::{Edge, link_allows};
+use crate::topology::edge_collapse::{Edge, link_allows, link_allows_closing};
 
 /// Tolerances by which a vertex itself may be off the surface where the bound is at samples.
 pub(crate) const SPIKE: f64 = 2.0;
@@ -109,6 +109,7 @@ impl Evaluator {
             red: edge.red,
             place,
             strays,
+            closes: edge.closes,
         })
     }
 
@@ -127,7 +128,7 @@ impl Evaluator {
     ) -> Option<Place> {
         self.gathered.around_blue.clear();
         let centre = sampled.surface.grid(edge.red);
-        sampled.gather_under(centre, &self.ring.points, &mut self.gathered.around_blue);
+        sampled.gather_under(centre, &self.ring, &mut self.gathered.around_blue);
         self.has_others = true;
         let seen = Seen {
             is_whole: false,
@@ -192,7 +193,12 @@ impl Evaluator {
     fn is_possible(&mut self, sampled: &SampledSurface, attempts: &mut Attempts, edge: Edge) -> bool {
         let connectivity = &sampled.surface.connectivity;
         connectivity.ring(edge.red, &mut self.around_red);
-        if !link_allows(connectivity, edge, &self.around_blue.vertices, &self.around_red) {
+        let around_blue = &self.around_blue.vertices;
+        let is_allowed = match edge.closes {
+            Some(_) => link_allows_closing(around_blue, &self.around_red),
+            None => link_allows(connectivity, edge, around_blue, &self.around_red),
+        };
+        if !is_allowed {
             return false;
         }
         let is_touched = attempts.is_any_touched(&self.around_red);

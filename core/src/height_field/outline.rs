@@ -108,6 +108,35 @@ impl OutlineChains {
         }
     }
 
+    /// Forgets a hole of which these three are left: they are inside the surface now.
+    pub(crate) fn close(&mut self, corners: [u32; 3]) {
+        for corner in corners {
+            self.remove(corner);
+            self.visits.remove(&corner);
+        }
+    }
+
+    /// Metres that no point of a hole, as it was at first, is further from its outline, if three vertices are left of it: half its width
+    /// across one of its last three edges.
+    pub(crate) fn half_width(&self, ground: Ground, corners: [u32; 3]) -> f64 {
+        let [Some(&(_, a)), Some(&(_, b)), Some(&(_, c))] = corners.map(|corner| self.visits.get(&corner)) else {
+            return f64::INFINITY;
+        };
+        let (start, end) = self.loop_of(a);
+        let across = |edge: [usize; 2]| {
+            let [from, to] = edge.map(|end| &self.passed[end]);
+            let mut width = [0.0_f64; 2];
+            for passed in &self.passed[start..end] {
+                let is_left = (to.grid - from.grid).perp_dot(passed.grid - from.grid) > 0.0;
+                let beside = &mut width[usize::from(is_left)];
+                *beside = beside.max(ground.distance(passed.place, [from.place, to.place]));
+            }
+            (width[0] + width[1]) / 2.0
+        };
+        let widths = [[a, b], [b, c], [c, a]].map(across);
+        widths.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
     /// How far the boundary vertices as they were are from the new edge, if the boundary vertex `blue` collapses into `red`
     /// next to it.
     pub(crate) fn strays(&self, ground: Ground, blue: u32, red: u32) -> Strays {
@@ -143,9 +172,14 @@ impl OutlineChains {
         (index != place).then_some(index)
     }
 
-    fn step(&self, place: usize, forward: bool) -> usize {
+    /// Where in `passed` the loop of a place begins and ends.
+    fn loop_of(&self, place: usize) -> (usize, usize) {
         let next_loop = self.starts.partition_point(|&start| start <= place);
-        let (start, end) = (self.starts[next_loop - 1], self.starts[next_loop]);
+        (self.starts[next_loop - 1], self.starts[next_loop])
+    }
+
+    fn step(&self, place: usize, forward: bool) -> usize {
+        let (start, end) = self.loop_of(place);
         match forward {
             true if place + 1 == end => start,
             true => place + 1,

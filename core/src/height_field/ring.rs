@@ -50,12 +50,14 @@ impl Ring {
     ///        │   ╲ │ ╱   │
     ///        … ─── d ─── …
     /// ```
+    /// Where the collapse closes a hole, `c` or `d` is its third vertex.
     pub(crate) fn surround_collapsed(&mut self, surface: &Surface, edge: Edge, around_blue: &Self, around_red: &[u32]) {
-        self.clear(!surface.connectivity.is_boundary(edge.red));
+        let has_both = !edge.is_on_boundary || edge.closes.is_some();
+        self.clear(edge.closes.is_some() || !surface.connectivity.is_boundary(edge.red));
         let count = around_blue.vertices.len();
         let (is_first, is_last) = (edge.index == 0, edge.index + 1 == count);
-        let is_shared_after = !edge.is_on_boundary || is_first;
-        let is_shared_before = !edge.is_on_boundary || is_last;
+        let is_shared_after = has_both || is_first;
+        let is_shared_before = has_both || is_last;
         let first = edge.index + 1 + usize::from(is_shared_after);
         let own = count - 1 - usize::from(is_shared_after) - usize::from(is_shared_before);
         for &vertex in around_red {

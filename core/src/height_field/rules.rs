@@ -6,7 +6,7 @@
 /// | --- | --- | --- | --- |
 /// | `Free` | any but `Border` | yes, height free, place free if blue is `Free` | |
 /// | `OnColumn`, `OnRow` | same line | yes, height free | the strip along a tile's side stays straight |
-/// | `Outline` | along the outline | yes, height free | the hole keeps its shape within the tolerance |
+/// | `Outline` | along the outline | yes, height free | the hole keeps its shape within the tolerance, or is closed |
 /// | `Fixed` | no | yes | corners |
 /// | `Border` | only by `Simplifier::collapse_border` | no | shared with other tiles |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,8 @@ impl VertexKind {
 pub struct Allowance {
     /// Metres that the surface may stray vertically.
     pub vertical: f64,
-    /// Metres that the outline may stray from that of the mesh the simplifier began with, in plan view.
+    /// Metres that the outline may stray from that of the mesh the simplifier began with, in plan view; what of a hole is within
+    /// them may be closed.
     pub outline: f64,
 }
 

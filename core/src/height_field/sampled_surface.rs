@@ -63,6 +63,8 @@ pub(crate) struct Chosen {
     pub(crate) place: Place,
     /// How far the outline strays then.
     pub(crate) strays: Strays,
+    /// The third vertex of the hole that is closed.
+    pub(crate) closes: Option<u32>,
 }
 
 impl<'a> SampledSurface<'a> {
@@ -104,8 +106,33 @@ impl<'a> SampledSurface<'a> {
         self.kinds[vertex as usize].keeps_height()
     }
 
+    /// The third vertex of a hole that the collapse of an edge would close: one of three vertices, all of which are of an
+    /// outline and nothing else.
+    pub(crate) fn closes(&self, edge: Edge) -> Option<u32> {
+        let is_outline = |vertex: u32| self.kinds[vertex as usize] == VertexKind::Outline;
+        if !edge.is_on_boundary || !is_outline(edge.blue) || !is_outline(edge.red) {
+            return None;
+        }
+        let third = self.surface.connectivity.third_of_hole(edge.blue, edge.red)?;
+        // The outline of all the surface goes round the other way.
+        let [from, to] = if edge.index == 0 {
+            [edge.blue, edge.red]
+        } else {
+            [edge.red, edge.blue]
+        };
+        let [from, to, at] = [from, to, third].map(|vertex| self.surface.plan(vertex));
+        (is_outline(third) && (to - from).perp_dot(at - from) < 0.0).then_some(third)
+    }
+
     /// How far the outline would stray.
     pub(crate) fn strays(&self, edge: Edge) -> Strays {
+        if let Some(third) = edge.closes {
+            let corners = [edge.blue, edge.red, third];
+            return Strays {
+                metres: self.outline.half_width(self.surface.reference.ground, corners),
+                is_straight: false,
+            };
+        }
         if self.kinds[edge.blue as usize] == VertexKind::Outline {
             self.outline.strays(self.surface.reference.ground, edge.blue, edge.red)
         } else {
@@ -130,9 +157,11 @@ impl<'a> SampledSurface<'a> {
     }
 
     /// The samples under the triangles from a place to a ring, whoever had them before.
-    pub(crate) fn gather_under(&self, centre: DVec2, ring: &[GridPoint], samples: &mut Vec<Sample>) {
-        for pair in ring.windows(2) {
-            let corners = [centre, pair[0].grid, pair[1].grid];
+    pub(crate) fn gather_under(&self, centre: DVec2, ring: &Ring, samples: &mut Vec<Sample>) {
+        let last_to_first = || Some([*ring.points.last()?, *ring.points.first()?]);
+        let pairs = ring.points.windows(2).map(|pair| [pair[0], pair[1]]);
+        for [from, to] in pairs.chain(last_to_first().filter(|_| ring.is_closed)) {
+            let corners = [centre, from.grid, to.grid];
             self.samples.gather_under(self.surface.reference, corners, samples);
         }
     }
@@ -156,7 +185,12 @@ impl<'a> SampledSurface<'a> {
 
     /// Performs a collapse; `gathered` is what is under the triangles around both ends, or may be.
     pub(crate) fn collapse(&mut self, blue: u32, chosen: &Chosen, gathered: &mut Gathered) {
-        let &Chosen { red, ref place, strays } = chosen;
+        let &Chosen {
+            red,
+            ref place,
+            strays,
+            closes,
+        } = chosen;
         self.clear_samples(blue);
         if place.plan == self.surface.plan(red) && strays.is_straight {
             // Red's other triangles are in plan what they were.
@@ -164,14 +198,22 @@ impl<'a> SampledSurface<'a> {
         } else {
             self.clear_samples(red);
         }
-        self.surface.connectivity.collapse(blue, red);
+        if let Some(third) = closes {
+            self.surface.connectivity.close_hole(blue, red, third);
+            self.outline.close([blue, red, third]);
+            for inside in [red, third] {
+                self.kinds[inside as usize] = VertexKind::Free;
+            }
+        } else {
+            self.surface.connectivity.collapse(blue, red);
+            self.outline.remove(blue);
+        }
         self.surface.put(red, place.plan, place.point);
-        self.outline.remove(blue);
         self.outline_strayed = self.outline_strayed.max(strays.metres);
         if !strays.is_straight {
             gathered.clear();
             self.ring.surround(&self.surface, red);
-            self.gather_under(place.point.grid, &self.ring.points, &mut gathered.around_blue);
+            self.gather_under(place.point.grid, &self.ring, &mut gathered.around_blue);
         }
         self.lay_samples(red, gathered);
     }

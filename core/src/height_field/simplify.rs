@@ -16,6 +16,9 @@
 //! ```
 //! The stars of a round do not meet, so a round is one level of the Surface Partition. Which collapse comes first makes
 //! little difference; that blocked vertices are tried again makes much.
+//!
+//! A hole that has come down to three vertices is closed by the collapse of one of its edges, where all of it is within what
+//! the outline may stray: no sample is under it that constrains the surface, and its other two edges become one.
 
 use glam::DVec3;
 
@@ -191,7 +194,8 @@ impl<'a> Simplifier<'a> {
             ..
         } = self;
         let surface = &sampled.surface;
-        let edge = Edge::new(&surface.connectivity, blue, &evaluator.around_blue.vertices, index);
+        let mut edge = Edge::new(&surface.connectivity, blue, &evaluator.around_blue.vertices, index);
+        edge.closes = sampled.closes(edge);
         let is_of_side = sampled.kinds[blue as usize] == VertexKind::Border;
         if !is_of_side && !filters::kinds_allow(surface, &sampled.kinds, edge) {
             return None;
@@ -207,6 +211,7 @@ impl<'a> Simplifier<'a> {
                 red: *red,
                 red_before: self.sampled.surface.position(*red),
                 red_after: place.plan.extend(place.point.height),
+                closes_hole: chosen.closes.is_some(),
             });
         }
         self.sampled.collapse(blue, chosen, &mut self.evaluator.gathered);

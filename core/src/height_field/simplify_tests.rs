@@ -10,7 +10,9 @@ use crate::height_field::plan::PlanMap;
 use crate::height_field::reference::{Bound, Reference};
 use crate::height_field::refine::{Refinement, refine};
 use crate::height_field::triangulate::{Outline, triangulate};
+use crate::levels::adaptive_surface::AdaptiveSurface;
 use crate::levels::partition::{self, SurfacePartition};
+use crate::levels::replay::{Demand, Replay};
 use crate::mesh::{self, Mesh};
 
 const SIZE: usize = 33;
@@ -316,6 +318,100 @@ fn the_outline_of_a_hole_strays_no_further_than_allowed() {
     let valid_cells = fine.triangles.len() as f64 / 2.0 * SCALE * SCALE;
     assert!((exact_area - valid_cells).abs() < 1e-6, "{exact_area} {valid_cells}");
     assert!(loose_triangles < exact_triangles && (loose_area - valid_cells).abs() > 1.0);
+}
+
+/// Hills with single voids far from each other, one of two by two and a large one.
+fn hills_with_voids() -> Vec<f32> {
+    let mut heights = hills();
+    let mut void = |column: usize, row: usize| heights[row * SIZE + column] = f32::NAN;
+    for row in (4..SIZE - 4).step_by(6) {
+        for column in (4..SIZE - 12).step_by(6) {
+            void(column, row);
+        }
+    }
+    (0..12).for_each(|i| void(24 + i % 4, 10 + i / 4));
+    heights
+}
+
+/// Edges that one triangle has, and how many loops they are.
+fn boundary_loops(mesh: &Mesh) -> usize {
+    let mut after: std::collections::BTreeMap<u32, u32> = mesh::boundary_edges(&mesh.triangles).into_iter().collect();
+    let mut loops = 0;
+    while let Some((start, mut at)) = after.pop_first() {
+        while at != start {
+            at = after.remove(&at).unwrap();
+        }
+        loops += 1;
+    }
+    loops
+}
+
+#[test]
+fn holes_within_what_the_outline_may_stray_are_closed_and_no_others() {
+    let (heights, curvature) = (hills_with_voids(), [DVec2::ZERO; SIZE]);
+    for bound in [Bound::Surface, Bound::Samples] {
+        for quality in [Quality::Fast, Quality::Default, Quality::Best] {
+            let reference = reference(&heights, &curvature, bound);
+            let fine = Surface::new(&whole_cells(&reference), &reference).mesh().0;
+            let mut simplifier = simplifier(Surface::new(&fine, &reference), quality);
+            // A cell is 30 m wide: the middle of a hole of one void is so far from its edge, that of the large one 60 m.
+            for (vertical, outline) in [(2.0, 29.0), (4.0, 45.0), (8.0, 45.0), (1000.0, 45.0)] {
+                simplifier.simplify(Allowance { vertical, outline });
+                assert!(simplifier.outline_strayed() <= outline);
+            }
+            let log = simplifier.log().clone();
+            let partition = SurfacePartition::from_log(&fine, &log, 2.0).unwrap();
+            partition::validate(&partition).unwrap();
+            let mut loops = Vec::new();
+            for (level, claimed) in partition.levels.iter().enumerate() {
+                let mesh = partition.lod(level);
+                mesh::validate(&mesh).unwrap();
+                let measured = worst(&reference, &mesh);
+                assert!(
+                    measured <= claimed.error + ROUNDING,
+                    "{bound:?} level {level}: {measured}"
+                );
+                loops.push(boundary_loops(&mesh));
+            }
+            assert_eq!(
+                loops[3..],
+                [17, 17],
+                "{bound:?} {quality:?}: outer outline, fifteen voids, the large one"
+            );
+            assert_eq!(loops[0], 2, "{bound:?} {quality:?}: the large one stays: {loops:?}");
+            let closing = log.collapses.iter().filter(|collapse| collapse.closes_hole).count();
+            assert_eq!(closing, 15);
+            let replay = Replay::run(&fine, &log, Demand::Consistent, |_| ()).unwrap();
+            assert_eq!(replay.collapse_levels.len(), log.collapses.len());
+        }
+    }
+}
+
+/// Splitting and collapsing again in a random order opens holes and closes them.
+#[test]
+fn a_closed_hole_opens_again_wherever_the_surface_is_refined() {
+    let (heights, curvature) = (hills_with_voids(), [DVec2::ZERO; SIZE]);
+    let reference = reference(&heights, &curvature, Bound::Surface);
+    let fine = Surface::new(&whole_cells(&reference), &reference).mesh().0;
+    let mut simplifier = simplifier(Surface::new(&fine, &reference), Quality::Default);
+    simplifier.simplify(Allowance {
+        vertical: 20.0,
+        outline: 45.0,
+    });
+    let log = simplifier.log();
+    let mut surface = AdaptiveSurface::new(&fine, log).unwrap();
+    assert_eq!(boundary_loops(&surface.mesh()), 2);
+    let closing = |&collapse: &u32| log.collapses[collapse as usize].closes_hole;
+    let closings: Vec<u32> = (0..log.collapses.len() as u32).filter(closing).collect();
+    for (opened, &collapse) in closings.iter().enumerate() {
+        surface.force_split(collapse);
+        let mesh = surface.mesh();
+        assert!(boundary_loops(&mesh) >= 3 + opened, "hole {opened}");
+        assert!(mesh.triangles.iter().all(|triangle| plan_area(&mesh, triangle) > 0.0));
+    }
+    let count = fine.triangles.len();
+    (0..log.collapses.len() as u32).for_each(|collapse| drop(surface.force_split(collapse)));
+    assert_eq!(surface.triangles().len(), count);
 }
 
 fn plan_area(mesh: &Mesh, triangle: &[u32; 3]) -> f64 {

@@ -104,6 +104,7 @@ pub fn to_log(list: &[ListedCollapse], positions: &[DVec3], error: f64) -> Resul
             red: listed.red,
             red_before,
             red_after: *place,
+            closes_hole: false,
         })
     };
     let collapses = list

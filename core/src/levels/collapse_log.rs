@@ -18,6 +18,9 @@ pub struct Collapse {
     pub red_before: DVec3,
     /// Where the red vertex is from now on.
     pub red_after: DVec3,
+    /// Whether it closes a hole: one of three vertices, two of which are the ends of the edge. The third is inside the surface
+    /// then, too.
+    pub closes_hole: bool,
 }
 
 /// A run of collapses that ends with a surface of known error. Levels never span two bands.
@@ -56,7 +59,7 @@ pub enum LogError {
     /// The mesh is not a 2-manifold.
     #[error("collapses of this mesh cannot be replayed")]
     NotManifold(#[from] ManifoldError),
-    /// The collapse would leave a surface that is no 2-manifold, or one of another topology.
+    /// The collapse would leave a surface that is no 2-manifold, or one of another topology than it says.
     #[error("collapse {index}, {blue} → {red}: {fault}")]
     Invalid {
         /// Its index in the log.

@@ -20,6 +20,7 @@ fn strip() -> (Mesh, CollapseLog) {
         red,
         red_before: mesh.positions[red as usize],
         red_after: mesh.positions[red as usize],
+        closes_hole: false,
     };
     let collapses = vec![
         keep(1, 0),

@@ -13,7 +13,8 @@
 //! ```
 //!
 //! Why levels work: the star of a collapse is one of levels below its own, so undoing all collapses from some level on
-//! leaves each remaining star as it was when its edge collapsed. This needs a 2-manifold and the link condition.
+//! leaves each remaining star as it was when its edge collapsed. This needs a 2-manifold and the link condition. A collapse that
+//! closes a hole is no exception: it is one inside the surface with the hole as a triangle that is removed, too.
 //!
 //! The time is that of looking at every star once.
 
@@ -29,8 +30,8 @@ use crate::topology::manifold;
 /// What a replay insists on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Demand {
-    /// A 2-manifold and collapses that pass the link condition, boundary part included. Every level of detail is then
-    /// a consistent surface, and so is every closed set of collapses.
+    /// A 2-manifold and collapses that pass the link condition, boundary part included, or close a hole of three vertices if they
+    /// say so. Every level of detail is then a consistent surface, and so is every closed set of collapses.
     Consistent,
     /// Vertices that exist. For collapses that were checked when they were made, and for surfaces that are no
     /// manifolds, whose levels can be drawn but may have folds.
@@ -233,7 +234,11 @@ impl ReplayedSurface {
         if demand == Demand::Drawable {
             return Ok(());
         }
-        let checked = self.star.link_condition();
+        let checked = if collapse.closes_hole {
+            self.star.closing_condition(&self.connectivity)
+        } else {
+            self.star.link_condition()
+        };
         checked.map_err(|fault| LogError::invalid(index, collapse, fault))
     }
 

@@ -338,6 +338,7 @@ impl ModelSimplifier {
             red,
             red_before: self.positions[red as usize],
             red_after: place.at,
+            closes_hole: false,
         });
         scratch.star.lay_samples(place.at, &mut self.samples);
         self.connectivity.collapse(blue, red);

@@ -82,6 +82,23 @@ impl Connectivity {
             .find(|&other| other != triangle && self.corners(other).contains(&b))
     }
 
+    /// The two neighbours of a vertex along the boundary, the smaller first; none where there are not two.
+    #[must_use]
+    pub fn along_boundary(&self, vertex: u32) -> Option<[u32; 2]> {
+        let mut others: Vec<u32> = self
+            .star(vertex)
+            .flat_map(|triangle| self.corners(triangle))
+            .filter(|&corner| corner != vertex)
+            .collect();
+        others.sort_unstable();
+        let mut once = others
+            .chunk_by(|a, b| a == b)
+            .filter(|same| same.len() == 1)
+            .map(|same| same[0]);
+        let ends = [once.next()?, once.next()?];
+        once.next().is_none().then_some(ends)
+    }
+
     /// Performs the collapse that `star` was gathered for, and fills `moved` with the corners that go over from the
     /// blue vertex to the red one.
     pub fn collapse(&mut self, star: &EdgeStar, moved: &mut Vec<u32>) {
@@ -197,6 +214,9 @@ pub enum LinkFault {
     /// The surface would be folded onto itself.
     #[error("the two vertices have a common neighbour that is not in a triangle with both")]
     CommonNeighbour,
+    /// The three are not the corners of a hole, or not of that alone.
+    #[error("the edge is not one of a hole of three vertices")]
+    NotAHole,
     /// A lone triangle or a tetrahedron.
     #[error("nothing but a flat remainder would be left of the surface")]
     Last,
@@ -262,6 +282,30 @@ impl EdgeStar {
             2 if blue.is_inner_with_three_triangles() && red.is_inner_with_three_triangles() => Err(LinkFault::Last),
             1 | 2 => Ok(()),
             _ => Err(LinkFault::TooManyTriangles),
+        }
+    }
+
+    /// What a collapse that closes a hole must fulfil: the edge is one of a hole of three vertices, and the collapse is one that the
+    /// link condition allowed if a triangle were in the hole. The surface must be a 2-manifold.
+    ///
+    /// # Errors
+    /// What stands against the collapse.
+    pub fn closing_condition(&self, connectivity: &Connectivity) -> Result<(), LinkFault> {
+        let (blue, red) = (self.blue, self.red);
+        let third = connectivity
+            .along_boundary(blue)
+            .and_then(|ends| ends.into_iter().find(|&end| end != red))
+            .ok_or(LinkFault::NotAHole)?;
+        let corners = [[blue, red, third], [red, blue, third], [third, blue, red]];
+        let is_hole = corners
+            .iter()
+            .all(|&[corner, a, b]| connectivity.along_boundary(corner) == Some([a.min(b), a.max(b)]));
+        match self.removed.len() {
+            1 if !is_hole => Err(LinkFault::NotAHole),
+            1 if self.common_neighbours() != 2 => Err(LinkFault::CommonNeighbour),
+            1 if self.blue_end.triangles == 2 && self.red_end.triangles == 2 => Err(LinkFault::Last),
+            1 => Ok(()),
+            _ => Err(LinkFault::NotAHole),
         }
     }
 

@@ -73,3 +73,38 @@ fn the_link_condition_names_what_stands_against_a_collapse() {
     let around_a_hole = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]];
     assert_eq!(link_condition(&around_a_hole, 0, 1), Err(LinkFault::CommonNeighbour));
 }
+
+#[test]
+fn a_collapse_may_close_a_hole_of_three_vertices_and_no_other() {
+    let closing = |triangles: &[[u32; 3]], blue, red| {
+        let mesh = Mesh {
+            positions: vec![DVec3::ZERO; 9],
+            triangles: triangles.to_vec(),
+        };
+        star_of(&mesh, blue, red).closing_condition(&Connectivity::new(&mesh))
+    };
+    let around_a_hole = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]];
+    assert_eq!(closing(&around_a_hole, 0, 1), Ok(()));
+    assert_eq!(
+        closing(&around_a_hole, 0, 4),
+        Err(LinkFault::NotAHole),
+        "across to the other outline"
+    );
+    let grid = three_by_three().triangles;
+    assert_eq!(
+        closing(&grid, 0, 1),
+        Err(LinkFault::NotAHole),
+        "eight vertices are around it"
+    );
+    assert_eq!(
+        closing(&[[0, 1, 2]], 0, 1),
+        Err(LinkFault::CommonNeighbour),
+        "beside a lone triangle"
+    );
+    let fan = [[0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    assert_eq!(
+        closing(&fan, 0, 1),
+        Err(LinkFault::Last),
+        "nothing but a flat remainder"
+    );
+}

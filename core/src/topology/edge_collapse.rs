@@ -10,6 +10,8 @@ pub(crate) struct Edge {
     /// The place of red around blue.
     pub(crate) index: usize,
     pub(crate) is_on_boundary: bool,
+    /// The third vertex of the hole that the collapse closes; only for those who ask for that.
+    pub(crate) closes: Option<u32>,
 }
 
 impl Edge {
@@ -21,6 +23,7 @@ impl Edge {
             red: around[index],
             index,
             is_on_boundary: is_at_an_end && connectivity.is_boundary(blue),
+            closes: None,
         }
     }
 }
@@ -38,6 +41,14 @@ pub(crate) fn link_allows(connectivity: &HalfEdges, edge: Edge, around_blue: &[u
         _ => edge.is_on_boundary && around_blue.len() == 2 && around_red.len() == 2,
     };
     shared == triangles && !pinches && !is_last
+}
+
+/// The link condition of a collapse that closes a hole of three vertices: that of an interior edge, with the hole as the
+/// triangle on its other side. The boundary must pass each of the three once.
+pub(crate) fn link_allows_closing(around_blue: &[u32], around_red: &[u32]) -> bool {
+    let shared = around_blue.iter().filter(|vertex| around_red.contains(vertex)).count();
+    let is_last = around_blue.len() == 3 && around_red.len() == 3;
+    shared == 2 && !is_last
 }
 
 #[cfg(test)]

@@ -361,6 +361,46 @@ impl HalfEdges {
         self.leaving[red as usize] = start;
     }
 
+    /// The third vertex of a hole that has three, of which `from` and `to` are two. The surface must pass each of them
+    /// in one fan.
+    ///
+    /// ```text
+    ///      ╲     ╱
+    ///       third
+    ///       ╱   ╲          half-edges from → to → third → from, or the other way round, with nothing to their right
+    ///   ─ from ─ to ─
+    ///     ╱       ╲
+    /// ```
+    pub(crate) fn third_of_hole(&self, from: u32, to: u32) -> Option<u32> {
+        let after = |vertex: u32| {
+            let edge = self.leaving[vertex as usize];
+            (edge != NONE && self.twin(edge) == NONE).then(|| self.end(edge))
+        };
+        let [start, end] = if after(from)? == to { [from, to] } else { [to, from] };
+        let third = after(end)?;
+        (after(start)? == end && after(third)? == start).then_some(third)
+    }
+
+    /// Collapses the edge between two vertices of a hole that has three: what was on the other two sides of the hole meets.
+    ///
+    /// ```text
+    ///        third                third
+    ///        ╱   ╲                  │
+    ///    ─ blue ─▶ red ─    ▶     ─ red ─
+    ///        ╲   ╱                  │
+    ///          p                    p
+    /// ```
+    pub(crate) fn close_hole(&mut self, blue: u32, red: u32, third: u32) {
+        let [from_blue, from_red, from_third] = [blue, red, third].map(|vertex| self.leaving[vertex as usize]);
+        let to_third = if self.end(from_blue) == third {
+            from_blue
+        } else {
+            from_red
+        };
+        self.collapse(blue, red);
+        self.join(to_third, from_third);
+    }
+
     /// Where the walk around the red vertex begins after the collapse.
     fn start_after(&self, blue: u32, red: u32, forth: Option<u32>, back: Option<u32>) -> u32 {
         let beyond = |edge: u32| self.twin(previous(edge));

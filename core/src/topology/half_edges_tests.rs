@@ -103,3 +103,31 @@ fn collapses_keep_every_invariant_inside_and_along_the_boundary_in_both_directio
         assert!(triangles.flatten().all(|corner| corner != blue));
     }
 }
+
+/// A triangle around a triangle: 0, 1 and 2 are around the hole.
+fn around_a_hole() -> HalfEdges {
+    let triangles = vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]];
+    HalfEdges::new(6, triangles)
+}
+
+#[test]
+fn a_hole_of_three_vertices_is_closed_along_any_edge_in_both_directions() {
+    for [blue, red, third] in [[0, 1, 2], [1, 0, 2], [1, 2, 0], [2, 1, 0], [2, 0, 1], [0, 2, 1]] {
+        let mut connectivity = around_a_hole();
+        assert_eq!(connectivity.third_of_hole(blue, red), Some(third));
+        connectivity.close_hole(blue, red, third);
+        check(&connectivity);
+        assert!(!connectivity.is_live(blue));
+        assert!(!connectivity.is_boundary(red) && !connectivity.is_boundary(third));
+        assert_eq!(around(&connectivity, red).len(), 4);
+        assert_eq!(around(&connectivity, third).len(), 3);
+        assert_eq!(connectivity.boundary().count(), 3, "the outer outline");
+    }
+}
+
+#[test]
+fn only_a_hole_of_three_vertices_has_a_third() {
+    let grid = grid();
+    assert_eq!(grid.third_of_hole(0, 1), None);
+    assert_eq!(grid.third_of_hole(4, 0), None);
+}

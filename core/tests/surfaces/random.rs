@@ -97,6 +97,7 @@ impl RandomCollapses<'_> {
                 red,
                 red_before,
                 red_after,
+                closes_hole: false,
             });
         }
         is_valid

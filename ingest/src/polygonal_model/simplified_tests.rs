@@ -24,6 +24,7 @@ fn collapse_with(log: &mut CollapseLog, mesh: &Mesh, [blue, red]: [u32; 2], heig
         red,
         red_before,
         red_after,
+        closes_hole: false,
     });
     log.bands.push(Band {
         end: log.collapses.len(),

@@ -12,9 +12,10 @@
 //! ```
 
 use glam::{DVec2, DVec3};
+use terrain_tiles::ellipsoid::{above, normal};
 
 use super::source::{Block, Cell, Patch};
-use super::space::{Foot, Space};
+use super::space::{Earth, Foot, Space};
 use super::surface::{Surface, SurfaceEdge};
 
 /// Posts this near to an edge, in units of the space, lie in the triangles on both sides.
@@ -73,6 +74,15 @@ pub(super) fn visit_posts(
             }
         }
     }
+}
+
+/// Whether some triangle is over a grid position.
+pub(super) fn is_covered(earth: &Earth, surface: &Surface, grid: DVec2) -> bool {
+    let place = earth.source.georeference.geographic(grid);
+    let up = normal(place.x, place.y);
+    let near = Block::between(grid, grid, earth.source.size());
+    let is_met = |corners| Facet::new(surface.corners(corners)).is_met((above(up, 0.0), up), earth.is_round());
+    surface.over(&near).any(|(corners, _)| is_met(corners))
 }
 
 /// A triangle with what every post asks of it.

@@ -220,6 +220,7 @@ fn tile(address: TileAddress, mesh: &Mesh, collapses: &[Option<(DVec2, DVec2)>])
                 red: red as u32,
                 red_before,
                 red_after,
+                closes_hole: false,
             }
         }));
         log.bands.push(Band {

@@ -17,7 +17,7 @@ use terrain_tiles::pyramid::Summary;
 use terrain_tiles::tile::Tile;
 
 use super::beside::{Beside, around, outline_slack};
-use super::deviation::{Worst, along_edges, visit_posts};
+use super::deviation::{Worst, along_edges, is_covered, visit_posts};
 use super::drawing::{Drawing, interior_levels, no_surface, unsound};
 use super::drawn::{Level, drawings, earth, levels};
 use super::report::{ROUNDING, Violation};
@@ -270,11 +270,28 @@ impl TileCheck<'_> {
             match patch.post(column, row) {
                 Post::Surface => covered.worst.meet(deviation, DVec2::new(column as f64, row as f64)),
                 Post::Lone => {}
-                Post::Void => covered.voids.push((column, row)),
+                Post::Void => covered.voids.push(DVec2::new(column as f64, row as f64)),
             }
             covered.posts[patch.block.index(column, row)] = true;
         });
         covered
+            .voids
+            .extend(self.covered_middles(patch, surface, &covered.voids));
+        covered
+    }
+
+    /// The middles of those cells of nothing but voids that triangles cover; the first post of each is one of `voids`. In a wide void
+    /// they may be further from its edge than all posts.
+    fn covered_middles(&self, patch: &Patch, surface: &Surface, voids: &[DVec2]) -> Vec<DVec2> {
+        let is_void = |post: DVec2| !patch.height(post.x as usize, post.y as usize).is_finite();
+        let others = [DVec2::X, DVec2::Y, DVec2::ONE];
+        let cells = voids
+            .iter()
+            .filter(|&&first| others.into_iter().all(|other| is_void(first + other)));
+        cells
+            .map(|first| first + 0.5)
+            .filter(|&middle| is_covered(&self.earth, surface, middle))
+            .collect()
     }
 
     /// A level's claims beside what was found.
@@ -335,6 +352,7 @@ fn is_under(levels: &[Level], block: &Block) -> bool {
 struct Covered {
     /// Of each post of the block, whether.
     posts: Vec<bool>,
-    voids: Vec<(usize, usize)>,
+    /// Places without a height.
+    voids: Vec<DVec2>,
     worst: Worst,
 }

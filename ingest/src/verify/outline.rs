@@ -1,5 +1,5 @@
 //! How far the outline of a tile's mesh is from the outline of the source, in plan view and both ways: samples that
-//! the mesh leaves out, and mesh where the source has nothing.
+//! the mesh leaves out, and mesh where the source has nothing; also where a hole of the source is closed and there is no outline.
 
 use std::sync::OnceLock;
 
@@ -65,19 +65,16 @@ impl Outline {
         source: &Source,
         patch: &Patch,
         whole: &Block,
-        covered_voids: &[(usize, usize)],
+        covered_voids: &[DVec2],
         near: &mut NearOutline,
     ) -> Result<Worst> {
         let mut worst = Worst::default();
-        let voids = covered_voids
-            .iter()
-            .map(|&(column, row)| DVec2::new(column as f64, row as f64));
         let here = self
             .places
             .iter()
             .filter(|(grid, _)| patch.block.contains(whole.nearest(*grid)));
         let outside = here.filter(|(grid, if_uncovered)| !(*if_uncovered && patch.covers(*grid)));
-        for grid in voids.chain(outside.map(|(grid, _)| *grid)) {
+        for grid in covered_voids.iter().chain(outside.map(|(grid, _)| grid)).copied() {
             worst.meet(near.distance(source.on_ellipsoid(grid))?, grid);
         }
         Ok(worst)

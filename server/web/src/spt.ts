@@ -9,7 +9,8 @@ import type { Point } from "./progressive/surface.ts";
 const [FIXED_BYTES, SAMPLING_BYTES] = [49, 32];
 const LONGEST_NUMBER = 6;
 const MAGIC = 0x4c545053; // "SPTL", little-endian
-const VERSION = 3;
+/** Of a tile in which no split opens a hole, and of one in which some may. */
+const [VERSION, VERSION_WITH_HOLES] = [3, 4];
 const SIDES = 4;
 const SAMPLED = 1;
 /** Samples lie at least so far from each other and at most so far from the tile's corner, in lattice units. */
@@ -125,7 +126,8 @@ function readHead(bytes: Uint8Array): { header: Header; entries: Entry[]; start:
   check(bytes.length >= FIXED_BYTES, `${bytes.length} bytes are too few for a header`);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   check(view.getUint32(0, true) === MAGIC, "the magic is not SPTL");
-  check(view.getUint8(4) === VERSION, `version ${view.getUint8(4)} is not ${VERSION}`);
+  const version = view.getUint8(4);
+  check(version === VERSION || version === VERSION_WITH_HOLES, `version ${version} is not ${VERSION} or ${VERSION_WITH_HOLES}`);
   const numbers = new Numbers(bytes, FIXED_BYTES);
   const header = readHeader(view, numbers);
   return { header, entries: readDirectory(numbers, header.levelCount), start: numbers.at };
@@ -147,6 +149,7 @@ function readHeader(view: DataView, numbers: Numbers): Header {
     boundaryFrom: levelCount - SIDES,
     baseVertices: numbers.next(),
     baseTriangles: numbers.next(),
+    opensHoles: view.getUint8(4) === VERSION_WITH_HOLES,
     sampling: (view.getUint8(24) & SAMPLED) !== 0 ? readSampling(view, numbers) : undefined,
   } as const;
   return { address, extentBits, heightStep: 2 ** view.getInt8(7), levelCount, frame };

@@ -23,6 +23,12 @@ test("the levels of a real tile are those that the decoder in Rust finds, byte f
   assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}jacksboro_v3.arrays`)));
 });
 
+test("the levels of a tile whose holes open are those that the decoder in Rust finds, byte for byte", () => {
+  const { positions, representatives, corners } = decodeTile(readFileSync(`${GOLDEN}holes_v4.spt`));
+  const bytes = [positions, representatives, corners].map(({ buffer }) => Buffer.from(buffer));
+  assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}holes_v4.arrays`)));
+});
+
 test("of the first tenth of a tile the decoder in Rust makes the same, byte for byte", () => {
   const whole = readFileSync(`${GOLDEN}square_v3.spt`);
   const { positions, representatives, corners, levels } = decodeTilePrefix(whole.subarray(0, Math.floor(whole.length / 10)));

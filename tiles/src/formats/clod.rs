@@ -27,8 +27,9 @@ use super::fields::{Fields, Format};
 const FORMAT: Format = Format {
     name: "file of curved levels",
     magic: *b"CLOD",
-    version: 1,
+    versions: [VERSION; 2],
 };
+const VERSION: u8 = 1;
 /// The least bytes of a patch.
 const LEAST_PATCH: usize = 15;
 
@@ -88,7 +89,7 @@ pub fn encode(levels: &CurvedLevels, bits: u32) -> Result<Vec<u8>, EncodeError> 
     }
     let lattice = Lattice::over(points(), bits);
     let mut bytes = FORMAT.magic.to_vec();
-    bytes.push(FORMAT.version);
+    bytes.push(VERSION);
     lattice.write(&mut bytes);
     bytes.extend((levels.len() as u32).encode_var_vec());
     bytes.extend((levels.patches().len() as u32).encode_var_vec());
@@ -105,7 +106,7 @@ pub fn encode(levels: &CurvedLevels, bits: u32) -> Result<Vec<u8>, EncodeError> 
 /// # Errors
 /// Where the bytes make none, or more than `limits` allow.
 pub fn decode(bytes: &[u8], limits: &CurvedLimits) -> Result<CurvedLevels, CurvedError> {
-    let mut fields = Fields::open(bytes, &FORMAT)?;
+    let (mut fields, _) = Fields::open(bytes, &FORMAT)?;
     let lattice = Lattice::read(&mut fields)?;
     let [levels, patches] = [fields.number()?, fields.number()?];
     if levels > limits.levels {

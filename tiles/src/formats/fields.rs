@@ -79,7 +79,8 @@ pub enum DecodeError {
 pub(crate) struct Format {
     pub(crate) name: &'static str,
     pub(crate) magic: [u8; 4],
-    pub(crate) version: u8,
+    /// The first and the last version that can be read.
+    pub(crate) versions: [u8; 2],
 }
 
 /// Reads one field after the other.
@@ -99,20 +100,22 @@ impl<'a> Fields<'a> {
     }
 
     /// The fields after magic and version.
-    pub(crate) fn open(bytes: &'a [u8], format: &Format) -> Result<Self, DecodeError> {
+    /// The fields after magic and version, and the version.
+    pub(crate) fn open(bytes: &'a [u8], format: &Format) -> Result<(Self, u8), DecodeError> {
         let mut fields = Self::new(bytes);
         if fields.bytes()? != format.magic {
             return Err(DecodeError::Magic(format.name));
         }
         let [version] = fields.bytes()?;
-        if version != format.version {
+        let [first, last] = format.versions;
+        if !(first..=last).contains(&version) {
             return Err(DecodeError::Version {
                 name: format.name,
                 found: version,
-                read: format.version,
+                read: last,
             });
         }
-        Ok(fields)
+        Ok((fields, version))
     }
 
     fn truncated(&self) -> DecodeError {

@@ -55,14 +55,17 @@ fn another_format_and_another_version_are_told_by_name() {
     let format = Format {
         name: "raster of bricks",
         magic: *b"BRIC",
-        version: 3,
+        versions: [3, 4],
     };
     let refused = |bytes: &[u8]| Fields::open(bytes, &format).err().map(|error| error.to_string());
-    assert_eq!(refused(b"BRIC\x03"), None);
+    assert_eq!(
+        [3, 4].map(|version| refused(&[b"BRIC".as_slice(), &[version]].concat())),
+        [None, None]
+    );
     assert_eq!(refused(b"BRIK\x03").unwrap(), "not a raster of bricks");
     assert_eq!(
-        refused(b"BRIC\x04").unwrap(),
-        "raster of bricks of version 4; this program reads version 3"
+        refused(b"BRIC\x05").unwrap(),
+        "raster of bricks of version 5; this program reads version 4"
     );
     assert_eq!(refused(b"BRIC").unwrap(), "truncated at byte 4");
 }

@@ -16,13 +16,17 @@ use thiserror::Error;
 use super::fields::{self, Directory, Entry, Fields, Format};
 use super::spt::rounded_up;
 use super::{DecodeError, LevelLimits};
-use crate::progressive::{self, BaseSize, Frame, Run, Sampling};
+use crate::progressive::{self, Frame, Run, Sampling, Start};
 
 const FORMAT: Format = Format {
     name: "progressive mesh file",
     magic: *b"SPMF",
-    version: 1,
+    versions: [VERSION, VERSION_WITH_HOLES],
 };
+/// Of a mesh in which no split opens a hole.
+const VERSION: u8 = 1;
+/// Of one in which some may: readers of version 1 know nothing of such splits.
+const VERSION_WITH_HOLES: u8 = 2;
 const HEIGHT_FIELD: u8 = 1;
 const SAMPLED: u8 = 2;
 /// Lattice units along each axis of a mesh are at most this.
@@ -124,7 +128,7 @@ pub fn encode(mesh: &ProgressiveMesh) -> Result<Vec<u8>, ProgressiveMeshError> {
     }
     let coded = progressive::encode(partition, partition.levels.len(), &frame)?;
     let mut bytes = Vec::new();
-    write_header(&mut bytes, mesh, extent, coded.base);
+    write_header(&mut bytes, mesh, extent, coded.start);
     let mut directory = Directory::new(false);
     for (&level, coded) in partition.levels.iter().zip(&coded.levels) {
         let mut entry = Entry {
@@ -141,14 +145,15 @@ pub fn encode(mesh: &ProgressiveMesh) -> Result<Vec<u8>, ProgressiveMeshError> {
     Ok(bytes)
 }
 
-fn write_header(bytes: &mut Vec<u8>, mesh: &ProgressiveMesh, extent: DVec3, base: BaseSize) {
+fn write_header(bytes: &mut Vec<u8>, mesh: &ProgressiveMesh, extent: DVec3, start: Start) {
     bytes.extend(FORMAT.magic);
     let flags = u8::from(mesh.is_height_field) * HEIGHT_FIELD + u8::from(mesh.sampling.is_some()) * SAMPLED;
-    bytes.extend([FORMAT.version, flags]);
+    let version = if start.opens_holes { VERSION_WITH_HOLES } else { VERSION };
+    bytes.extend([version, flags]);
     let lattice = [mesh.origin.to_array(), mesh.step.to_array()];
     bytes.extend(lattice.as_flattened().iter().flat_map(|number| number.to_le_bytes()));
     let extent = extent.to_array().map(|extent| extent as u32);
-    let numbers = [mesh.partition.levels.len() as u32, base.vertices, base.triangles];
+    let numbers = [mesh.partition.levels.len() as u32, start.vertices, start.triangles];
     for number in numbers.into_iter().chain(extent) {
         bytes.extend(number.encode_var_vec());
     }
@@ -180,21 +185,22 @@ struct Head<'a> {
     origin: DVec3,
     step: DVec3,
     frame: Frame,
-    base: BaseSize,
+    start: Start,
     entries: Vec<Entry>,
     rest: Fields<'a>,
 }
 
 impl<'a> Head<'a> {
     fn read(bytes: &'a [u8], limits: &LevelLimits) -> Result<Self, DecodeError> {
-        let mut fields = Fields::open(bytes, &FORMAT)?;
+        let (mut fields, version) = Fields::open(bytes, &FORMAT)?;
         let [flags] = fields.bytes()?;
         let [origin, step] = [fields.doubles()?, fields.doubles()?].map(DVec3::from_array);
         let count = fields.number()? as usize;
         limits.check_levels(count)?;
-        let base = BaseSize {
+        let start = Start {
             vertices: fields.number()?,
             triangles: fields.number()?,
+            opens_holes: version == VERSION_WITH_HOLES,
         };
         let extent = [fields.number()?, fields.number()?, fields.number()?];
         let sampling = Sampling::read(&mut fields, flags & SAMPLED != 0)?;
@@ -207,14 +213,14 @@ impl<'a> Head<'a> {
             origin,
             step,
             frame,
-            base,
+            start,
             entries: Directory::new(false).read_all(&mut fields, count, limits)?,
             rest: fields,
         })
     }
 
     fn mesh(&self, runs: &[Run]) -> Result<ProgressiveMesh, DecodeError> {
-        let partition = progressive::decode(self.base, runs, self.entries.len(), &self.frame)?;
+        let partition = progressive::decode(self.start, runs, self.entries.len(), &self.frame)?;
         partition::validate(&partition)?;
         Ok(ProgressiveMesh {
             origin: self.origin,

@@ -1,4 +1,4 @@
-//! The progressive tile format, version 3: `docs/formats/spt.md` is its specification.
+//! The progressive tile format, versions 3 and 4: `docs/formats/spt.md` is its specification.
 //!
 //! ```text
 //! ┌────────┬───────────┬─────────┬─────────┬─ … ─┬──────┬───────┬──────┬───────┐
@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use super::fields::{self, Directory, Entry, Fields, Format};
 use crate::address::{Side, TileAddress};
-use crate::progressive::{self, BaseSize, Frame, Run, Sampling};
+use crate::progressive::{self, Frame, Run, Sampling, Start};
 use crate::tile::{Lineage, Tile};
 
 use super::{DecodeError, LevelLimits};
@@ -23,8 +23,12 @@ use super::{DecodeError, LevelLimits};
 const FORMAT: Format = Format {
     name: "progressive terrain tile",
     magic: *b"SPTL",
-    version: 3,
+    versions: [VERSION, VERSION_WITH_HOLES],
 };
+/// Of a tile in which no split opens a hole.
+const VERSION: u8 = 3;
+/// Of one in which some may: readers of version 3 know nothing of such splits.
+const VERSION_WITH_HOLES: u8 = 4;
 /// Lattice coordinates must stay exact integers in an `f64`.
 const MAX_EXTENT_BITS: u8 = 40;
 /// The flag of a tile whose samples are told.
@@ -68,7 +72,7 @@ pub fn encode(tile: &Tile) -> Result<Vec<u8>, TileError> {
     }
     let coded = progressive::encode(&partition, count - Side::ALL.len(), &frame)?;
     let mut bytes = Vec::new();
-    write_header(&mut bytes, tile, heights, coded.base);
+    write_header(&mut bytes, tile, heights, coded.start);
     let mut directory = Directory::new(true);
     for (index, &level) in partition.levels.iter().enumerate() {
         let entry = Entry {
@@ -142,15 +146,15 @@ pub fn decode_prefix(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeE
 
 /// All that stands before the levels, and what follows.
 fn read_head<'a>(bytes: &'a [u8], limits: &LevelLimits) -> Result<(Header, Vec<Entry>, Fields<'a>), DecodeError> {
-    let mut fields = Fields::open(bytes, &FORMAT)?;
-    let header = Header::read(&mut fields, limits)?;
+    let (mut fields, version) = Fields::open(bytes, &FORMAT)?;
+    let header = Header::read(&mut fields, version == VERSION_WITH_HOLES, limits)?;
     let entries = Directory::new(true).read_all(&mut fields, header.levels, limits)?;
     Ok((header, entries, fields))
 }
 
 fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, DecodeError> {
     let boundary_from = header.levels - Side::ALL.len();
-    let mut partition = progressive::decode(header.base, runs, boundary_from, &header.frame)?;
+    let mut partition = progressive::decode(header.start, runs, boundary_from, &header.frame)?;
     if let Some(&last) = partition.levels.last() {
         partition.levels.resize(header.levels, last);
     }
@@ -203,13 +207,13 @@ struct Header {
     height_exponent: i8,
     levels: usize,
     lineage: Lineage,
-    base: BaseSize,
+    start: Start,
     frame: Frame,
 }
 
 impl Header {
     /// All but the magic and the version.
-    fn read(fields: &mut Fields, limits: &LevelLimits) -> Result<Self, DecodeError> {
+    fn read(fields: &mut Fields, opens_holes: bool, limits: &LevelLimits) -> Result<Self, DecodeError> {
         let [zoom, extent_bits, height_exponent] = fields.bytes()?;
         let [x, y, lowest, highest] = [(); 4].map(|()| fields.bytes());
         let [x, y] = [u32::from_le_bytes(x?), u32::from_le_bytes(y?)];
@@ -224,9 +228,10 @@ impl Header {
         if extent_bits > MAX_EXTENT_BITS {
             return Err(DecodeError::OutOfRange("the lattice extent"));
         }
-        let base = BaseSize {
+        let start = Start {
             vertices: fields.number()?,
             triangles: fields.number()?,
+            opens_holes,
         };
         let frame = frame(
             extent_bits,
@@ -242,16 +247,16 @@ impl Header {
             height_exponent: height_exponent.cast_signed(),
             levels,
             lineage,
-            base,
+            start,
             frame,
         })
     }
 }
 
-fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], base: BaseSize) {
+fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], start: Start) {
     bytes.extend(FORMAT.magic);
     bytes.extend([
-        FORMAT.version,
+        if start.opens_holes { VERSION_WITH_HOLES } else { VERSION },
         tile.address.zoom,
         tile.extent_bits,
         tile.height_exponent.cast_unsigned(),
@@ -262,8 +267,8 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], base: BaseS
     bytes.push(u8::from(tile.sampling.is_some()) * SAMPLED);
     tile.lineage.write(bytes);
     bytes.extend(tile.partition.levels.len().encode_var_vec());
-    bytes.extend(base.vertices.encode_var_vec());
-    bytes.extend(base.triangles.encode_var_vec());
+    bytes.extend(start.vertices.encode_var_vec());
+    bytes.extend(start.triangles.encode_var_vec());
     tile.sampling.iter().for_each(|sampling| sampling.write(bytes));
 }
 

@@ -22,12 +22,14 @@ pub(crate) fn small_tile() -> Tile {
         red: 8,
         red_before: at(8),
         red_after: at(8),
+        closes_hole: false,
     };
     let interior = Collapse {
         blue: 5,
         red: 6,
         red_before: at(6),
         red_after: at(6) + DVec3::Z,
+        closes_hole: false,
     };
     let band = |end, error| Band { end, error };
     let bands = vec![band(0, 1.0), band(0, 1.0), band(0, 1.0), band(1, 1.5), band(2, 2.0)];
@@ -120,6 +122,22 @@ fn a_real_tile_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_wi
     .unwrap();
     assert!(arrays(&tile) == std::fs::read(golden("jacksboro_v3.arrays")).unwrap());
     assert_eq!(tile.partition.triangles.len(), 1671);
+}
+
+#[test]
+fn a_tile_whose_holes_open_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
+    let golden = |name: &str| std::fs::read(format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let bytes = golden("holes_v4.spt");
+    assert_eq!(bytes[4], VERSION_WITH_HOLES);
+    let tile = decode(&bytes, &LevelLimits::default()).unwrap();
+    assert!(arrays(&tile) == golden("holes_v4.arrays"));
+    let edges = |detail| terrain_core::mesh::boundary_edges(&tile.surface(detail).triangles).len();
+    let [coarsest, finest] = [edges(tile.coarsest()), edges(tile.finest())];
+    assert!(finest > 2 * coarsest, "{coarsest} edges of outlines, then {finest}");
+    assert_same(
+        &decode(&encode(&tile).unwrap(), &LevelLimits::default()).unwrap(),
+        &tile,
+    );
 }
 
 #[test]

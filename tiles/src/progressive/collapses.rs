@@ -163,6 +163,7 @@ impl<'a> Unraveller<'a> {
             red,
             red_before,
             red_after: red_before,
+            closes_hole: side.opens_hole(),
         };
         self.connectivity.collapse(&self.star, &mut self.moved);
         let index = self.undos.len() as u32;
@@ -208,6 +209,13 @@ impl<'a> Unraveller<'a> {
             return None;
         }
         let [blue_is_open, red_is_open] = ends.each_ref().map(Neighbourhood::is_open);
+        if let Some(third) = self.third_of_hole(blue, red) {
+            return match cuts {
+                [Some(first), None] => Some((Side::HoleSecond, [Some(first), Some(third)])),
+                [None, Some(second)] => Some((Side::HoleFirst, [Some(third), Some(second)])),
+                _ => None,
+            };
+        }
         let side = match cuts {
             [Some(_), Some(_)] if blue_is_open && red_is_open => return None,
             [Some(_), Some(_)] if blue_is_open => Side::Outer,
@@ -217,6 +225,20 @@ impl<'a> Unraveller<'a> {
             [None, None] => return None,
         };
         Some((side, if side == Side::Outer { [cuts[1], cuts[0]] } else { cuts }))
+    }
+
+    /// The third vertex of the hole of three vertices beside an edge, if there is one.
+    fn third_of_hole(&self, blue: u32, red: u32) -> Option<u32> {
+        let &[beside] = self.star.removed() else { return None };
+        let ends = self.connectivity.along_boundary(blue)?;
+        let third = ends.into_iter().find(|&end| end != red)?;
+        let is_between = |corner: u32, ends: [u32; 2]| {
+            self.connectivity.along_boundary(corner) == Some([ends[0].min(ends[1]), ends[0].max(ends[1])])
+        };
+        let is_hole = !self.connectivity.corners(beside).contains(&third)
+            && is_between(red, [blue, third])
+            && is_between(third, [blue, red]);
+        is_hole.then_some(third)
     }
 
     fn finish(self) -> Collapses {

@@ -12,7 +12,7 @@
 use glam::DVec3;
 
 use super::range_coder::{Coder, Probability};
-use super::ring::{Ring, are_possible};
+use super::ring::Ring;
 use super::split::{Split, SplitModel};
 use super::surface::GrowingSurface;
 
@@ -178,7 +178,8 @@ impl LevelCoder {
         if coder.is_exhausted() {
             return Err(Fault::Exhausted);
         }
-        if !are_possible(cuts, &self.ring) || !self.is_inside(blue.position) || !self.is_inside(red.position) {
+        if !self.surface.can_split(&self.ring, cuts) || !self.is_inside(blue.position) || !self.is_inside(red.position)
+        {
             return Err(Fault::NotASurface);
         }
         self.surface.vertices[vertex as usize] = red;

@@ -25,6 +25,13 @@ pub(super) fn previous(edge: u32) -> u32 {
 ///  … blue─red         ═ blue═red          red ═ blue ═       … red─blue ═
 ///   ╲ ╱   ╲                                                     ╲ ╱   ╲
 ///    a ─── …            ═ boundary                           ══ b ─── …
+///
+///   HoleFirst          HoleSecond
+///    b ─── …            b ─── …
+///   ╱ ╲   ╱            ╱ ║   ╱
+///  … blue═red         … blue═red
+///   ╲ ║   ╲            ╲ ╱   ╲
+///    a ─── …            a ─── …
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Side {
@@ -37,10 +44,15 @@ pub(super) enum Side {
     Back,
     /// Those before the first cut and after the second: red is inside the surface.
     Outer,
+    /// As inner, but at the first cut no triangle is made: a hole of three vertices is there, and both are on the boundary.
+    HoleFirst,
+    /// The same at the second cut.
+    HoleSecond,
 }
 
 impl Side {
-    pub(super) const ALL: [Self; 4] = [Self::Inner, Self::Front, Self::Back, Self::Outer];
+    /// Those of a vertex on the boundary.
+    pub(super) const OF_BOUNDARY: [Self; 4] = [Self::Inner, Self::Front, Self::Back, Self::Outer];
 
     pub(super) fn has_first_cut(self) -> bool {
         self != Self::Front
@@ -48,6 +60,10 @@ impl Side {
 
     pub(super) fn has_second_cut(self) -> bool {
         self != Self::Back
+    }
+
+    pub(super) fn opens_hole(self) -> bool {
+        matches!(self, Self::HoleFirst | Self::HoleSecond)
     }
 }
 
@@ -58,6 +74,17 @@ pub(super) struct Cuts {
     pub(super) side: Side,
     pub(super) first: usize,
     pub(super) second: usize,
+}
+
+impl Cuts {
+    /// Place of the third vertex of the hole that is opened.
+    pub(super) fn hole(self) -> Option<usize> {
+        match self.side {
+            Side::HoleFirst => Some(self.first),
+            Side::HoleSecond => Some(self.second),
+            _ => None,
+        }
+    }
 }
 
 /// A neighbour of a vertex, as the walk around that comes to it.
@@ -104,14 +131,16 @@ impl Ring {
     }
 }
 
-/// Whether cuts leave each vertex at least a triangle of the ring, where it needs one.
+/// Whether cuts leave each vertex at least a triangle of the ring, where it needs one. Where they open a hole, its third vertex has
+/// to be inside the surface besides.
 pub(super) fn are_possible(cuts: Cuts, ring: &Ring) -> bool {
     let count = ring.spokes.len();
     let in_ring = cuts.first < count && cuts.second < count;
     let is_boundary = !ring.is_closed();
     in_ring
         && match cuts.side {
-            Side::Inner if !is_boundary => cuts.first != cuts.second,
+            Side::Inner | Side::HoleFirst | Side::HoleSecond if !is_boundary => cuts.first != cuts.second,
+            Side::HoleFirst | Side::HoleSecond => false,
             Side::Inner | Side::Outer => is_boundary && cuts.first < cuts.second,
             Side::Front | Side::Back => is_boundary,
         }

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! side      which part of an open star goes over                      only on the boundary
+//!           whether a closed star opens into a hole, and at which cut  only where any does
 //! blue      its plan, then the difference of its height from the star's triangles there
 //! red       whether and how it moves back, its height                 not before the first level is complete
 //! cuts      the rank of each among the neighbours, by the angle under which they see the edge from red to blue
@@ -44,7 +45,10 @@ pub(super) struct Split {
 #[derive(Debug)]
 pub(super) struct SplitModel {
     is_height_field: bool,
+    opens_holes: bool,
     sides: [Probability; 4],
+    holes: [Probability; 2],
+    is_hole_second: Probability,
     plan: PlanModel,
     heights: [NumberModel; 2],
     red: RedModel,
@@ -64,10 +68,13 @@ struct RedModel {
 }
 
 impl SplitModel {
-    pub(super) fn new(is_height_field: bool, sampling: Option<Sampling>) -> Self {
+    pub(super) fn new(is_height_field: bool, sampling: Option<Sampling>, opens_holes: bool) -> Self {
         Self {
             is_height_field,
+            opens_holes,
             sides: Default::default(),
+            holes: Default::default(),
+            is_hole_second: Probability::default(),
             plan: PlanModel::new(sampling),
             heights: Default::default(),
             red: RedModel::default(),
@@ -92,7 +99,7 @@ impl SplitModel {
     ) -> (Vertex, Cuts) {
         let axes = if self.is_height_field { Axes::PLAN } else { turn(ring) };
         let centre = axes.ordered(red.position);
-        let side = self.code_side(coder, ring, told.cuts.side);
+        let side = self.code_side(coder, ring, is_still, told.cuts.side);
         let (mut place, height, fit) =
             self.code_plan(coder, ring, side, axes, (centre, red.fit), axes.ordered(told.blue));
         let expected = red.roughness * OWN + ring.roughness / ring.spokes.len() as f64 * (1.0 - OWN);
@@ -117,11 +124,18 @@ impl SplitModel {
         (blue, cuts)
     }
 
-    fn code_side(&mut self, coder: &mut impl Coder, ring: &Ring, told: Side) -> Side {
-        if ring.is_closed() {
-            return Side::Inner;
+    fn code_side(&mut self, coder: &mut impl Coder, ring: &Ring, is_still: bool, told: Side) -> Side {
+        if !ring.is_closed() {
+            return Side::OF_BOUNDARY[code_symbol(coder, &mut self.sides, told as usize)];
         }
-        Side::ALL[code_symbol(coder, &mut self.sides, told as usize)]
+        let opens_hole = self.opens_holes && coder.bit(&mut self.holes[usize::from(is_still)], told.opens_hole());
+        if !opens_hole {
+            Side::Inner
+        } else if coder.bit(&mut self.is_hole_second, told == Side::HoleSecond) {
+            Side::HoleSecond
+        } else {
+            Side::HoleFirst
+        }
     }
 
     /// Codes blue's place in plan; tells it, the height of the star's triangles there, and how its first coordinate fits.
@@ -200,8 +214,8 @@ impl SplitModel {
         let seconds = &mut self.misfits[1];
         let ruled_out = match cuts.side {
             Side::Front | Side::Back => 0..0,
-            Side::Inner if is_closed => cuts.first..cuts.first + 1,
-            Side::Inner | Side::Outer => 0..cuts.first + 1,
+            _ if is_closed => cuts.first..cuts.first + 1,
+            _ => 0..cuts.first + 1,
         };
         let left = seconds.len() - ruled_out.len();
         seconds[ruled_out].fill(f64::INFINITY);

@@ -67,7 +67,7 @@ pub(super) fn along(ring: &Ring, side: Side) -> Option<DVec3> {
     let spoke = match side {
         Side::Front => ring.spokes.first(),
         Side::Back => ring.spokes.last(),
-        Side::Inner | Side::Outer => None,
+        _ => None,
     };
     spoke.map(|spoke| spoke.to)
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::ring::{Cuts, NONE, Ring, Side, Spoke, next, previous};
+use super::ring::{Cuts, NONE, Ring, Side, Spoke, are_possible, next, previous};
 use super::sampling::Fit;
 
 /// What is known of a vertex. All of it stands together, for whoever looks at one thing looks at the others.
@@ -149,7 +149,13 @@ impl GrowingSurface {
         ring.spokes.push(Spoke { edge, vertex, to });
     }
 
-    /// Splits a vertex off `red`, whose walk is `ring`. The cuts must be possible ([`are_possible`]).
+    /// Whether the star of a vertex, whose walk is `ring`, can be cut so: the third vertex of a hole is on no boundary before.
+    pub(super) fn can_split(&self, ring: &Ring, cuts: Cuts) -> bool {
+        let is_inside = |place: usize| self.vertices[ring.spokes[place].vertex as usize].is_closed;
+        are_possible(cuts, ring) && cuts.hole().is_none_or(is_inside)
+    }
+
+    /// Splits a vertex off `red`, whose walk is `ring`. The cuts must be possible ([`Self::can_split`]).
     ///
     /// ```text
     ///         second                     second
@@ -160,6 +166,7 @@ impl GrowingSurface {
     ///        ╲  │  ╱                    ╲  │  ╱
     ///         first                      first
     /// ```
+    /// A hole is made where one of the two triangles would be: its edges have nothing on that side.
     pub(super) fn split(&mut self, red: u32, ring: &Ring, cuts: Cuts, blue: Vertex) {
         let number = self.vertices.len() as u32;
         self.vertices.push(blue);
@@ -180,8 +187,8 @@ impl GrowingSurface {
         let inner = match cuts.side {
             Side::Front => second + 2,
             Side::Back => count - first + 1,
-            Side::Inner | Side::Outer if first < second => second - first + 2,
-            Side::Inner | Side::Outer => second + count - first + 2,
+            _ if first < second => second - first + 2,
+            _ => second + count - first + 2,
         };
         let shared = usize::from(cuts.side.has_first_cut()) + usize::from(cuts.side.has_second_cut());
         let outer = count + 2 + shared - inner;
@@ -191,7 +198,8 @@ impl GrowingSurface {
         self.vertices[blue].valence = of_blue as u32;
         self.vertices[blue].is_closed = cuts.side == Side::Inner;
         self.vertices[red as usize].valence = of_red as u32;
-        self.vertices[red as usize].is_closed |= is_outer;
+        let is_red_closed = &mut self.vertices[red as usize].is_closed;
+        *is_red_closed = is_outer || *is_red_closed && !cuts.side.opens_hole();
         if cuts.side.has_first_cut() {
             self.vertices[ring.spokes[first].vertex as usize].valence += 1;
         }
@@ -213,7 +221,9 @@ impl GrowingSurface {
             }
         }
         let mut sides = [NONE; 2];
-        if cuts.side.has_first_cut() {
+        if cuts.side == Side::HoleFirst {
+            self.open_hole(ring.edge_before(first), ring.edge_at(first));
+        } else if cuts.side.has_first_cut() {
             let edge = self.add_triangle([outer, ring.spokes[first].vertex, inner]);
             self.join(edge, ring.edge_before(first));
             self.join(edge + 1, ring.edge_at(first));
@@ -224,12 +234,17 @@ impl GrowingSurface {
             }
             self.vertices[inner as usize].leaving = edge + 2;
         }
-        if cuts.side.has_second_cut() {
+        if cuts.side == Side::HoleSecond {
+            self.open_hole(ring.edge_before(second), ring.edge_at(second));
+        } else if cuts.side.has_second_cut() {
             let edge = self.add_triangle([outer, inner, ring.spokes[second].vertex]);
             self.join(edge + 1, ring.edge_before(second));
             self.join(edge + 2, ring.edge_at(second));
             self.lead(edge + 2);
             sides[1] = edge;
+            if cuts.side == Side::HoleFirst {
+                self.vertices[outer as usize].leaving = edge;
+            }
             if cuts.side == Side::Front {
                 self.vertices[outer as usize].leaving = edge;
                 self.vertices[inner as usize].leaving = if second == 0 { edge + 1 } else { ring.spokes[0].edge };
@@ -237,6 +252,17 @@ impl GrowingSurface {
         }
         if sides[0] != NONE {
             self.join(sides[0], sides[1]);
+        }
+    }
+
+    /// Parts the two half-edges along an edge, of which one leads to the third vertex of a hole and the other from it: all walks there
+    /// begin beside the hole.
+    fn open_hole(&mut self, one: u32, other: u32) {
+        for edge in [one, other] {
+            self.set_twin(edge, NONE);
+            self.lead(edge);
+            let origin = self.origin(edge);
+            self.vertices[origin as usize].is_closed = false;
         }
     }
 

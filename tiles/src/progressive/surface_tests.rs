@@ -112,3 +112,37 @@ fn an_edge_of_three_triangles_stays_open() {
     assert_eq!(around(&surface, 2).len(), 2);
     assert!(!walk(&surface, 0).is_closed());
 }
+
+#[test]
+fn a_star_opens_into_a_hole_at_either_cut() {
+    for (side, cuts, triangle, of_red, of_blue) in [
+        (Side::HoleFirst, [5, 2], [4, 6, 2], [6, 2, 3, 5], [5, 1, 2, 4]),
+        (Side::HoleSecond, [2, 5], [4, 2, 6], [5, 1, 2, 6], [4, 2, 3, 5]),
+    ] {
+        let mut surface = square();
+        split(&mut surface, 4, Side::Inner, [3, 1]);
+        assert_eq!(around(&surface, 4), [1, 2, 3, 5]);
+        split(&mut surface, 4, side, cuts);
+        assert_eq!(surface.triangles().skip(6).collect::<Vec<_>>(), [triangle]);
+        assert_eq!(around(&surface, 4), of_red);
+        assert_eq!(around(&surface, 6), of_blue);
+        assert!(walk(&surface, 5).is_open);
+    }
+}
+
+#[test]
+fn a_hole_does_not_touch_another_outline() {
+    let surface = square();
+    let ring = walk(&surface, 4);
+    let cuts = |side| Cuts {
+        side,
+        first: 0,
+        second: 2,
+    };
+    assert!(surface.can_split(&ring, cuts(Side::Inner)));
+    assert!(!surface.can_split(&ring, cuts(Side::HoleFirst)));
+    assert!(
+        !surface.can_split(&walk(&surface, 0), cuts(Side::HoleSecond)),
+        "red is on the boundary"
+    );
+}

@@ -20,6 +20,7 @@ fn a_partition_has_the_same_surfaces_as_a_multilevel_mesh() {
         red,
         red_before: fine.positions[red as usize],
         red_after: fine.positions[red as usize],
+        closes_hole: false,
     };
     let log = CollapseLog {
         collapses: vec![keep(5, 4), keep(4, 0)],
@@ -48,6 +49,7 @@ fn a_moved_vertex_keeps_its_place_of_the_finest_surface() {
         red: 1,
         red_before: glam::DVec3::X,
         red_after: glam::DVec3::X * 2.0,
+        closes_hole: false,
     };
     let log = CollapseLog {
         collapses: vec![collapse],

@@ -23,6 +23,8 @@ export interface Frame {
   readonly boundaryFrom: number;
   readonly baseVertices: number;
   readonly baseTriangles: number;
+  /** Whether any split may open a hole. */
+  readonly opensHoles: boolean;
 }
 
 /** One level: its bytes as far as they are there, and how many vertices and triangles there are by its end. */
@@ -109,7 +111,7 @@ class LevelReader {
     this.madeAt = [...surface.positions];
     this.restored = [...surface.positions];
     this.representatives = surface.positions.map((_, vertex) => vertex);
-    this.splits = new SplitDecoder(frame.sampling, surface.positions);
+    this.splits = new SplitDecoder(frame.sampling, surface.positions, frame.opensHoles);
   }
 
   levels(): Levels {

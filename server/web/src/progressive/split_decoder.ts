@@ -43,6 +43,8 @@ const minus = (a: Point, b: Point): Point => [a[0] - b[0], a[1] - b[1], a[2] - b
 /** Reads the splits of height fields, one after the other. */
 export class SplitDecoder {
   private readonly sides = probabilities(4);
+  private readonly holes = probabilities(2);
+  private readonly isHoleSecond = probabilities(1);
   private readonly fits = Array.from({ length: 4 }, () => trees(8, 8, 8, 8, 8));
   private readonly steps = [new NumberModel(), new NumberModel()] as const;
   private readonly units = [new NumberModel(), new NumberModel()] as const;
@@ -55,7 +57,11 @@ export class SplitDecoder {
   /** How the first coordinate of each vertex lies to the samples. */
   private readonly firstFits: number[];
 
-  constructor(private readonly sampling: Sampling | undefined, base: readonly Point[]) {
+  constructor(
+    private readonly sampling: Sampling | undefined,
+    base: readonly Point[],
+    private readonly opensHoles: boolean,
+  ) {
     this.roughness = base.map(() => 0);
     this.firstFits = base.map(([x]) => this.fit(0, x));
   }
@@ -63,7 +69,7 @@ export class SplitDecoder {
   read(decoder: RangeDecoder, surface: Surface, vertex: number, ring: Ring, isStill: boolean): Split {
     const centre = surface.positions[vertex]!;
     const spokes = ring.vertices.map((neighbour) => minus(surface.positions[neighbour]!, centre));
-    const side = ring.isClosed ? Side.Inner : (decoder.symbol(this.sides) as Side);
+    const side = ring.isClosed ? this.readHole(decoder, isStill) : (decoder.symbol(this.sides) as Side);
     const toward = side === Side.Front ? spokes.slice(0, 1) : side === Side.Back ? spokes.slice(-1) : spokes;
     const [x, y, fit] = this.readPlan(decoder, side, centre, this.firstFits[vertex]!, toward);
     this.firstFits.push(fit);
@@ -82,6 +88,12 @@ export class SplitDecoder {
     const ends = [minus(red, centre), minus(blue, centre)] as const;
     const cuts = this.readCuts(decoder, spokes, ring.isClosed, side, side === Side.Outer ? [ends[1], ends[0]] : ends);
     return { cuts, blue, red };
+  }
+
+  /** Reads whether a closed star opens into a hole, and at which cut. */
+  private readHole(decoder: RangeDecoder, isStill: boolean): Side {
+    if (!this.opensHoles || !decoder.bit(this.holes[isStill ? 1 : 0]!)) return Side.Inner;
+    return decoder.bit(this.isHoleSecond[0]!) ? Side.HoleSecond : Side.HoleFirst;
   }
 
   /** Reads the place in plan, and how its first coordinate lies to the samples. */

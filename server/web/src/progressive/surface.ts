@@ -2,8 +2,11 @@
 
 const NONE = -1;
 
-/** Part of the triangles around a vertex that goes over to the new one: between two cuts, before one, after one, outside two. */
-export const Side = { Inner: 0, Front: 1, Back: 2, Outer: 3 } as const;
+/**
+ * Part of the triangles around a vertex that goes over to the new one: between two cuts, before one, after one, outside two; or
+ * between two of which the first, or the second, becomes a hole of three vertices instead of a triangle.
+ */
+export const Side = { Inner: 0, Front: 1, Back: 2, Outer: 3, HoleFirst: 4, HoleSecond: 5 } as const;
 export type Side = (typeof Side)[keyof typeof Side];
 
 export interface Cuts {
@@ -76,7 +79,7 @@ export class Surface {
 
   /** Splits a vertex off `red`; false where the star cannot be cut so. */
   split(red: number, ring: Ring, cuts: Cuts, position: Point): boolean {
-    if (!arePossible(cuts, ring)) return false;
+    if (!arePossible(cuts, ring) || !this.isHoleInside(cuts, ring)) return false;
     const blue = this.positions.length;
     this.positions.push(position);
     this.leaving.push(NONE);
@@ -88,6 +91,13 @@ export class Surface {
     } else {
       this.open(red, blue, ring, cuts);
     }
+    return true;
+  }
+
+  /** Whether the third vertex of a hole to be opened, if there is one, is on no boundary yet. */
+  private isHoleInside({ side, first, second }: Cuts, ring: Ring): boolean {
+    if (side === Side.HoleFirst) return this.closed[ring.vertices[first]!]!;
+    if (side === Side.HoleSecond) return this.closed[ring.vertices[second]!]!;
     return true;
   }
 
@@ -115,6 +125,7 @@ export class Surface {
     this.valences.push(isOuter ? outer : inner);
     this.closed.push(side === Side.Inner);
     if (isOuter) this.closed[red] = true;
+    if (side === Side.HoleFirst || side === Side.HoleSecond) this.closed[red] = false;
     if (hasFirst(side)) this.valences[ring.vertices[first]!]! += 1;
     if (hasSecond(side)) this.valences[ring.vertices[second]!]! += 1;
   }
@@ -132,7 +143,9 @@ export class Surface {
       return edge === undefined ? NONE : previous(edge);
     };
     const between: number[] = [];
-    if (hasFirst(side)) {
+    if (side === Side.HoleFirst) {
+      this.openHole(edgeBefore(first), edgeAt(first));
+    } else if (hasFirst(side)) {
       const edge = this.addTriangle(outer, vertices[first]!, inner);
       this.join(edge, edgeBefore(first));
       this.join(edge + 1, edgeAt(first));
@@ -141,12 +154,15 @@ export class Surface {
       if (first === 0 || ring.isClosed) this.leaving[outer] = edge;
       this.leaving[inner] = edge + 2;
     }
-    if (hasSecond(side)) {
+    if (side === Side.HoleSecond) {
+      this.openHole(edgeBefore(second), edgeAt(second));
+    } else if (hasSecond(side)) {
       const edge = this.addTriangle(outer, inner, vertices[second]!);
       this.join(edge + 1, edgeBefore(second));
       this.join(edge + 2, edgeAt(second));
       this.lead(edge + 2);
       between.push(edge);
+      if (side === Side.HoleFirst) this.leaving[outer] = edge;
       if (side === Side.Front) {
         this.leaving[outer] = edge;
         this.leaving[inner] = second === 0 ? edge + 1 : edges[0]!;
@@ -154,6 +170,15 @@ export class Surface {
     }
     const [one, other] = between;
     if (one !== undefined && other !== undefined) this.join(one, other);
+  }
+
+  /** Parts the two half-edges along an edge between red or blue and the third vertex of a hole: walks there begin beside the hole. */
+  private openHole(...edges: [number, number]): void {
+    for (const edge of edges) {
+      this.twins[edge] = NONE;
+      this.lead(edge);
+      this.closed[this.origins[edge]!] = false;
+    }
   }
 
   private give(edges: readonly number[], vertex: number): void {
@@ -179,6 +204,7 @@ export class Surface {
 function arePossible({ side, first, second }: Cuts, ring: Ring): boolean {
   const count = ring.vertices.length;
   if (first >= count || second >= count) return false;
-  if (ring.isClosed) return side === Side.Inner && first !== second;
+  if (ring.isClosed) return first !== second;
+  if (side === Side.HoleFirst || side === Side.HoleSecond) return false;
   return side === Side.Front || side === Side.Back || first < second;
 }
