@@ -47,7 +47,8 @@ def one_file(format: str, *options: str) -> Path:
     """A pack of another format."""
     words = [Path(word).name for word in (format, *options)]
     path = folder() / "-".join(words).replace("--", "").replace(",", "_")
-    run("pack", archive(), "--format", format, *options, "-o", path)
+    if not path.exists():
+        run("pack", archive(), "--format", format, *options, "-o", path)
     return path
 
 
