@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use terrain_heights::{Heights, HeightsError, Place};
@@ -126,8 +126,9 @@ fn unreadable(error: HeightsError) -> PyErr {
     PyOSError::new_err(error.to_string())
 }
 
-#[pymodule]
-fn terrain_heights(module: &Bound<'_, PyModule>) -> PyResult<()> {
+/// As Python calls it; here it is not to be taken for the library that it wraps.
+#[pymodule(name = "terrain_heights")]
+fn python_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<OpenArchive>()?;
     module.add_class::<Ground>()?;
     module.add_class::<Grounds>()?;
