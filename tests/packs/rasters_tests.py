@@ -150,7 +150,7 @@ class HeightsOfRasters(unittest.TestCase):
 
     def test_tiles_are_those_of_the_server(self):
         port = free_port()
-        server = subprocess.Popen([SERVER, pack.archive(), "--listen", f"127.0.0.1:{port}"], stderr=subprocess.DEVNULL)
+        server = subprocess.Popen([SERVER, pack.archive(), "--listen", f"127.0.0.1:{port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(server.wait)
         self.addCleanup(server.terminate)
         url = f"http://127.0.0.1:{port}/{pack.archive().stem}"
