@@ -68,8 +68,8 @@ impl Choice {
     /// West, south, east, north of what is both in `whole` and asked for.
     pub(super) fn bounds(&self, whole: [f64; 4]) -> Result<[f64; 4], Unusable> {
         let area = self.area.as_ref().map(Area::bounds);
-        let wanted = self.bbox.into_iter().chain(area);
-        let common = wanted.map(Some).fold(Some(whole), |one, other| common(one?, other?));
+        let mut wanted = self.bbox.into_iter().chain(area);
+        let common = wanted.try_fold(whole, common);
         common.ok_or_else(|| Unusable("the archive has nothing there".to_owned()))
     }
 }
