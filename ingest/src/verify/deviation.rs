@@ -67,8 +67,8 @@ pub(super) fn visit_posts(
                 let known = if height.is_finite() { height } else { 0.0 };
                 let position = space.position(column, row, up, known);
                 let seen_from = space.beside_a_pole(column, row, up, known).unwrap_or((position, up));
-                if facet.is_met(seen_from, space.is_round()) {
-                    let above = facet.height_above(position, up);
+                if let Some(meeting) = facet.meeting(seen_from, space.is_round()) {
+                    let above = facet.height_above(position, up, &meeting);
                     visit(column, row, if height.is_finite() { above } else { f64::NAN });
                 }
             }
@@ -81,47 +81,74 @@ pub(super) fn is_covered(earth: &Earth, surface: &Surface, grid: DVec2) -> bool 
     let place = earth.source.georeference.geographic(grid);
     let up = normal(place.x, place.y);
     let near = Block::between(grid, grid, earth.source.size());
-    let is_met = |corners| Facet::new(surface.corners(corners)).is_met((above(up, 0.0), up), earth.is_round());
-    surface.over(&near).any(|(corners, _)| is_met(corners))
+    let line = (above(up, 0.0), up);
+    let is_met = |triangle| {
+        Facet::new(surface.corners(triangle))
+            .meeting(line, earth.is_round())
+            .is_some()
+    };
+    surface.over(&near).any(|(triangle, _)| is_met(triangle))
 }
 
 /// A triangle with what every post asks of it.
 struct Facet {
     corners: [DVec3; 3],
     normal: DVec3,
-    tolerances: [f64; 3],
+}
+
+/// How a post lies to a triangle.
+enum Meeting {
+    Inside,
+    /// A hair outside: on this edge, from corner to corner.
+    On([usize; 2]),
 }
 
 impl Facet {
     fn new(corners: [DVec3; 3]) -> Self {
         let [a, b, c] = corners;
-        let tolerances = [b - a, c - b, a - c].map(|edge| edge.length() * ON_THE_EDGE);
         Self {
             corners,
             normal: (b - a).cross(c - a),
-            tolerances,
         }
     }
 
-    /// Whether the line along `up` through `position` meets the triangle; not where that is seen as a line from above, as where
+    /// How the line along `up` through `position` meets the triangle, if it does; not where that is seen as a line from above, as where
     /// two corners are at a pole, for its edges say all then. From below on a plane only, not through the Earth.
-    fn is_met(&self, (position, up): (DVec3, DVec3), from_above: bool) -> bool {
-        let [a, b, c] = self.corners.map(|corner| corner - position);
-        let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| up.dot(from.cross(to)));
-        let all = |sign: f64| {
-            sides
-                .iter()
-                .zip(&self.tolerances)
-                .all(|(side, tolerance)| sign * side >= -tolerance)
-        };
+    fn meeting(&self, (position, up): (DVec3, DVec3), from_above: bool) -> Option<Meeting> {
         let area = self.normal.dot(up);
-        let widest = self.tolerances.into_iter().fold(0.0, f64::max);
-        area > widest && all(1.0) || !from_above && area < -widest && all(-1.0)
+        let sign = if area < 0.0 { -1.0 } else { 1.0 };
+        let corners = self.corners.map(|corner| corner - position);
+        let mut meeting = Meeting::Inside;
+        let mut widest: f64 = 0.0;
+        for edge in [[0, 1], [1, 2], [2, 0]] {
+            let [from, to] = edge.map(|corner| corners[corner]);
+            // As long as it is seen from above, however steep.
+            let tolerance = (to - from).cross(up).length() * ON_THE_EDGE;
+            widest = widest.max(tolerance);
+            let side = sign * up.dot(from.cross(to));
+            if side < -tolerance {
+                return None;
+            }
+            if side < 0.0 {
+                meeting = Meeting::On(edge);
+            }
+        }
+        let is_seen = area > widest || !from_above && area < -widest;
+        is_seen.then_some(meeting)
     }
 
-    /// How far along `up` from `position` the plane of the triangle is.
-    fn height_above(&self, position: DVec3, up: DVec3) -> f64 {
-        self.normal.dot(self.corners[0] - position) / self.normal.dot(up)
+    /// How far along `up` from `position` the triangle is. On an edge the edge says so: a plane may be too steep for that.
+    fn height_above(&self, position: DVec3, up: DVec3, meeting: &Meeting) -> f64 {
+        match *meeting {
+            Meeting::Inside => self.normal.dot(self.corners[0] - position) / self.normal.dot(up),
+            Meeting::On(edge) => {
+                let [from, to] = edge.map(|corner| self.corners[corner] - position);
+                let flat = |vector: DVec3| vector - up * vector.dot(up);
+                let along = flat(to - from);
+                let part = -flat(from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+                up.dot(from + (to - from) * part.clamp(0.0, 1.0))
+            }
+        }
     }
 }
 

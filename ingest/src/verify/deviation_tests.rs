@@ -208,7 +208,7 @@ fn every_post_of_a_triangulated_square_is_visited_by_brute_force_and_by_footprin
         let (column, row) = (index % 23, index / 23);
         let up = earth.vertical(column, row);
         let position = earth.position(column, row, up, f64::from(grid.height(column, row)));
-        facet.is_met((position, up), true)
+        facet.meeting((position, up), true).is_some()
     };
     let visits = at_posts(&earth, &grid, &surface).1;
     assert_eq!(visits, (0..23 * 23).filter(|&index| inside(index)).count());
