@@ -187,7 +187,7 @@ async fn raster_tiles_have_the_heights_of_the_surface_and_ground_under_voids() {
     write_fine_archive(&fine);
     fs::copy(&fine, service.archive()).unwrap();
     // The file is found to be another one when it is read.
-    service.get("/square/1/2/1.spt").await;
+    service.get("/square/2/5/3.spt").await;
     let document = service.get("/square/terrarium.json").await.json();
     assert_eq!(
         (document["encoding"].as_str(), document["tileSize"].as_u64()),

@@ -305,7 +305,7 @@ async fn a_damaged_tile_is_the_servers_fault_tells_no_path_and_does_not_stop_it(
     bytes[last] ^= 1;
     fs::write(service.archive(), bytes).unwrap();
     // One holds bytes that are no tile, the other one's are damaged.
-    for path in ["/square/1/2/1.terrain", "/square/1/2/1.spt"] {
+    for path in ["/square/2/5/3.terrain", "/square/2/5/3.spt"] {
         let reply = service.get(path).await;
         assert_eq!(reply.status, StatusCode::INTERNAL_SERVER_ERROR);
         assert_eq!(reply.json()["error"], "the server failed; its log says why");
@@ -343,7 +343,7 @@ async fn of_an_archive_that_is_overwritten_no_byte_goes_out_under_the_name_of_th
     writer.add(address(1, 0, 0), &spt::encode(&higher).unwrap()).unwrap();
     writer.finish(&metadata()).unwrap();
     fs::copy(&other, service.archive()).unwrap();
-    let elsewhere = service.get("/square/1/2/1.spt").await;
+    let elsewhere = service.get("/square/2/5/3.spt").await;
     assert_eq!(elsewhere.status, StatusCode::NOT_FOUND, "the file is looked at again");
     let after = service.get(&format!("{path}?v={version}")).await;
     assert_eq!(after.body, spt::encode(&higher).unwrap());

@@ -77,7 +77,7 @@ pub(crate) fn metadata() -> Metadata {
 }
 
 /// Where the archive has bytes that are no tile.
-pub(crate) const DAMAGED: TileAddress = TileAddress { zoom: 1, x: 2, y: 1 };
+pub(crate) const DAMAGED: TileAddress = TileAddress { zoom: 2, x: 5, y: 3 };
 
 pub(crate) fn write_archive(path: &Path) {
     let mut writer = Writer::create(path).unwrap();
