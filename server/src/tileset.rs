@@ -30,7 +30,7 @@ pub(crate) struct Tileset {
     /// `layer.json`.
     pub(crate) layer_json: Bytes,
     archive: Reader,
-    /// Of what is drawn where nothing was measured.
+    /// Of what is drawn where nothing was measured, and of where there is water.
     surroundings_checksum: u64,
 }
 

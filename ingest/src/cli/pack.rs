@@ -47,7 +47,7 @@ pub(crate) struct PackArgs {
     /// Tiles that meet this box in degrees, and those above them; all if not given. East exceeds 180 across the antimeridian.
     #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = bounds, allow_hyphen_values = true)]
     pub(crate) bbox: Option<[f64; 4]>,
-    /// Tiles that touch a polygon of this file: GeoJSON, Shapefile or FlatGeobuf, in any coordinate reference system.
+    /// Tiles that touch a polygon of this file: GeoJSON, Shapefile, FlatGeobuf or GeoPackage, in any coordinate reference system.
     #[arg(long, value_name = "FILE")]
     pub(crate) polygon: Option<PathBuf>,
     /// Write only what changed since this older pack, for folder, 3d-tiles and sim: a folder with those files and a list of all;

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use anyhow::Context;
 use rusqlite::{Connection, params};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::metadata::Metadata;
@@ -36,9 +35,7 @@ pub(super) fn write(
     {
         let mut insert = all.prepare("INSERT INTO tiles VALUES (?, ?, ?, ?)")?;
         for address in addresses {
-            let path = folder.join(format!("{address}.terrain"));
-            let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
-            insert.execute(params![address.zoom, address.x, address.y, gzipped(&bytes)?])?;
+            insert.execute(params![address.zoom, address.x, address.y, gzipped(folder, address)?])?;
         }
     }
     all.commit()?;

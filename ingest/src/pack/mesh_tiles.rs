@@ -3,7 +3,6 @@
 use std::fs::{self, File};
 use std::path::Path;
 
-use anyhow::Context;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::square_tile;
 use terrain_tiles::metadata::Metadata;
@@ -20,9 +19,7 @@ pub(super) fn write(
 ) -> anyhow::Result<()> {
     let mut file = TileFile::create_in(folder)?;
     for address in addresses {
-        let path = folder.join(format!("{address}.terrain"));
-        let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
-        file.add(square_tile(address), &gzipped(&bytes)?)?;
+        file.add(square_tile(address), &gzipped(folder, address)?)?;
     }
     let header = Header {
         kind: Kind::Unknown,

@@ -1,6 +1,8 @@
 //! Tiles of an archive, decoded; and what is stored in a pack.
 
+use std::fs;
 use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
@@ -36,10 +38,12 @@ pub(super) fn tiles_around(archive: &Reader, address: TileAddress) -> anyhow::Re
         .collect()
 }
 
-/// A tile as one-file packs of quantized-mesh keep it.
-pub(super) fn gzipped(bytes: &[u8]) -> anyhow::Result<Vec<u8>> {
+/// The quantized-mesh at `address` in a folder of them, as packs of one file keep it.
+pub(super) fn gzipped(folder: &Path, address: TileAddress) -> anyhow::Result<Vec<u8>> {
+    let path = folder.join(format!("{address}.terrain"));
+    let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    encoder.write_all(bytes)?;
+    encoder.write_all(&bytes)?;
     Ok(encoder.finish()?)
 }
 
