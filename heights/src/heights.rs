@@ -99,7 +99,12 @@ impl Heights {
 
     fn ground(&self, address: TileAddress) -> Result<Option<Arc<Ground>>, HeightsError> {
         self.grounds.get_or_insert_with(&address, || {
-            let Some(bytes) = self.archive.tile(address)? else {
+            let standing = self.archive.standing_for(address);
+            let Some(bytes) = standing
+                .map(|address| self.archive.tile(address))
+                .transpose()?
+                .flatten()
+            else {
                 return Ok(None);
             };
             let tile = spt::decode(&bytes, &LevelLimits::default());

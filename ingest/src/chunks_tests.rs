@@ -58,6 +58,10 @@ impl Raster for Shifted {
         self.grid.extents()
     }
 
+    fn coarseness(&self) -> Vec<f64> {
+        self.grid.coarseness()
+    }
+
     fn block_rows(&self) -> usize {
         self.grid.block_rows()
     }

@@ -241,6 +241,11 @@ impl Raster for Globe<'_> {
         self.copies.iter().map(|copy| copy.extent.clone()).collect()
     }
 
+    fn coarseness(&self) -> Vec<f64> {
+        let of_files = self.raster.coarseness();
+        self.copies.iter().map(|copy| of_files[copy.file]).collect()
+    }
+
     fn block_rows(&self) -> usize {
         self.raster.block_rows()
     }

@@ -54,6 +54,12 @@ impl Square {
         })
     }
 
+    pub(crate) fn parent(self) -> Option<Self> {
+        let zoom = self.zoom.checked_sub(1)?;
+        let [x, y] = [self.x, self.y].map(|index| index.div_euclid(2));
+        Some(Self { zoom, x, y })
+    }
+
     pub(crate) fn address(self) -> TileAddress {
         TileAddress {
             zoom: self.zoom,

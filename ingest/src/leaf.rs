@@ -19,7 +19,6 @@ use terrain_core::mesh;
 use terrain_tiles::address::Side;
 
 use crate::border::{BorderCurve, Run};
-use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, STRIP, Square};
 use crate::raster_outline::{BorderSource, crossing};
 
@@ -70,13 +69,14 @@ pub(crate) struct FinestSurface<'a> {
     pub(crate) is_full: bool,
 }
 
-/// Builds the finest surface of a leaf.
+/// Builds the finest surface of a leaf, with the raster's outline where that may be in it; where none is given, all samples of the
+/// reference have heights.
 ///
 /// # Errors
 /// When the raster's outline cannot be triangulated.
 pub(crate) fn finest_surface<'a>(
     lattice: Lattice,
-    georeference: &GeoReference,
+    outline: Option<&BorderSource>,
     reference: &'a Reference<'a>,
     square: Square,
     sides: [&BorderCurve; 4],
@@ -84,7 +84,7 @@ pub(crate) fn finest_surface<'a>(
 ) -> Result<FinestSurface<'a>> {
     let mut builder = Builder {
         lattice,
-        georeference,
+        raster_outline: outline,
         reference,
         square,
         sides,
@@ -126,7 +126,7 @@ pub(crate) fn is_on_side(position: DVec3, extent: i64) -> bool {
 
 struct Builder<'a> {
     lattice: Lattice,
-    georeference: &'a GeoReference,
+    raster_outline: Option<&'a BorderSource<'a>>,
     reference: &'a Reference<'a>,
     square: Square,
     sides: [&'a BorderCurve; 4],
@@ -152,17 +152,12 @@ impl Builder<'_> {
     }
 
     fn surface_vertex(&mut self, at: [i64; 2]) -> u32 {
-        let global = DVec2::new(at[0] as f64, at[1] as f64) + self.lattice.origin(self.square);
-        let height = self.source().height_at(global);
+        let plan = DVec2::new(at[0] as f64, at[1] as f64);
+        let height = match self.raster_outline {
+            Some(outline) => outline.height_at(plan + self.lattice.origin(self.square)),
+            None => self.reference.height_near(plan),
+        };
         self.vertex(at, stepped(height, self.lattice.height_step()))
-    }
-
-    fn source(&self) -> BorderSource<'_> {
-        BorderSource {
-            lattice: self.lattice,
-            georeference: self.georeference,
-            heights: self.reference.heights,
-        }
     }
 
     fn add_sides(&mut self) {
@@ -190,9 +185,10 @@ impl Builder<'_> {
 
     /// Every step of the raster's outline, cut at the square's sides and inner lines.
     fn add_raster_outline(&mut self) {
+        let Some(outline) = self.raster_outline else { return };
         let origin = self.lattice.origin(self.square);
         let corner = [origin.x as i64, origin.y as i64];
-        let steps = self.source().steps_around(origin, origin + self.extent as f64);
+        let steps = outline.steps_around(origin, origin + self.extent as f64);
         for step in steps {
             let mut is_inside = false;
             let [from, to] = step.ends.map(|at| [at[0] - corner[0], at[1] - corner[1]]);
@@ -201,7 +197,7 @@ impl Builder<'_> {
                 is_inside |= self.add_outline_piece(pair[0], pair[1]);
             }
             if is_inside {
-                self.strayed = self.strayed.max(self.source().strays(&step));
+                self.strayed = self.strayed.max(outline.strays(&step));
             }
         }
     }

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
-use terrain_tiles::address::TileAddress;
+use terrain_tiles::address::{TileAddress, standing_for};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
@@ -154,14 +154,10 @@ fn write_in(part: &Path, archive: &Reader, format: Format, choice: &Choice) -> a
     }
 }
 
-/// Those of the finest zoom.
+/// Those that none of the others is below.
 fn finest(tiles: &BTreeSet<TileAddress>) -> BTreeSet<TileAddress> {
-    let zoom = tiles.iter().map(|address| address.zoom).max();
-    tiles
-        .iter()
-        .copied()
-        .filter(|address| Some(address.zoom) == zoom)
-        .collect()
+    let has_none_below = |address: &TileAddress| !address.children().iter().any(|child| tiles.contains(child));
+    tiles.iter().copied().filter(has_none_below).collect()
 }
 
 fn one_file(file: PathBuf, tiles: usize) -> anyhow::Result<(PathBuf, Report)> {
@@ -220,6 +216,11 @@ impl<'a> Pack<'a> {
     fn with_ground(&self) -> BTreeSet<TileAddress> {
         let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
         let around = self.chosen.iter().flat_map(|&address| addresses_around(address));
+        let is_below_leaf = |address: TileAddress| {
+            let standing = standing_for(address, |address| self.chosen.contains(&address));
+            standing.is_some_and(|standing| standing != address)
+        };
+        let around = around.filter(|&address| !is_below_leaf(address));
         self.chosen.iter().copied().chain(roots).chain(around).collect()
     }
 
@@ -288,7 +289,19 @@ impl<'a> Pack<'a> {
     fn metadata(&self) -> Metadata {
         let whole = self.archive.metadata();
         let max_zoom = self.chosen.iter().map(|address| address.zoom).max().unwrap_or(0);
+        let is_leaf = |address: &TileAddress| !address.children().iter().any(|child| self.chosen.contains(child));
+        let leaves = |zoom: u8| {
+            self.chosen
+                .iter()
+                .filter(move |tile| tile.zoom == zoom && is_leaf(tile))
+        };
         let of_zoom = |zoom: &Zoom| Zoom {
+            leaves: leaves(zoom.zoom).count(),
+            leaf_error: if zoom.zoom == max_zoom {
+                zoom.finest_error
+            } else {
+                zoom.leaf_error
+            },
             available: rectangles(&self.chosen, zoom.zoom),
             ..zoom.clone()
         };

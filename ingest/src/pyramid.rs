@@ -13,6 +13,7 @@
 //! Every job is a pure function of named inputs, and what it makes is kept in a [`Store`]: a build that was killed goes on where
 //! it was.
 
+mod depths;
 mod finished;
 mod graph;
 mod jobs;
@@ -233,7 +234,8 @@ impl<'a> Build<'a> {
             farthest_height: lowest.abs().max(highest.abs()).into(),
         };
         let (georeference, size) = stored.of_samples();
-        let plan = Plan::new(&georeference, size, relief, self.options);
+        let seen = Seen::new(self.raster);
+        let plan = Plan::new(seen.raster(), &georeference, size, relief, self.options);
         Ok(Scheduler {
             jobs: Jobs::new(plan, stored),
             tiles: FinishedTiles {
@@ -321,9 +323,9 @@ impl<'a> Build<'a> {
 }
 
 fn beyond(plan: &Plan, summary: &Summary) -> Option<Beyond> {
-    let leaves = summary.leaves().iter();
-    let beyond = leaves.filter(|(_, error)| !plan.keeps_the_error(*error));
-    let &(worst, error) = beyond.clone().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let leaves = summary.leaves().into_iter();
+    let beyond = leaves.filter(|(tile, error)| !plan.keeps_the_error(tile.zoom, *error));
+    let (worst, error) = beyond.clone().max_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(Beyond {
         tiles: beyond.count(),
         worst: worst.to_string(),

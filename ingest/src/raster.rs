@@ -221,6 +221,7 @@ impl Rasters {
             origin: self.mosaic.origin,
             size: self.size(),
             extents: self.extents(),
+            coarseness: self.coarseness(),
             block_rows: self.block_rows(),
             provenance: self.provenance(),
             stamps: self.stamps(),
@@ -352,6 +353,10 @@ impl Raster for Rasters {
 
     fn extents(&self) -> Vec<[Range<usize>; 2]> {
         self.mosaic.places.iter().map(|place| place.extent.clone()).collect()
+    }
+
+    fn coarseness(&self) -> Vec<f64> {
+        self.mosaic.places.iter().map(|place| place.coarseness).collect()
     }
 
     fn block_rows(&self) -> usize {

@@ -23,6 +23,9 @@ pub trait Raster: Sync {
     /// Columns and rows of each file.
     fn extents(&self) -> Vec<[Range<usize>; 2]>;
 
+    /// Sides of the cells of each file in those of the lattice; 1 where its samples are on it.
+    fn coarseness(&self) -> Vec<f64>;
+
     /// Rows that are best read together.
     fn block_rows(&self) -> usize;
 
@@ -215,6 +218,10 @@ impl Raster for HeightGrid {
 
     fn extents(&self) -> Vec<[Range<usize>; 2]> {
         vec![[0..self.columns, 0..self.rows]]
+    }
+
+    fn coarseness(&self) -> Vec<f64> {
+        vec![1.0]
     }
 
     fn block_rows(&self) -> usize {

@@ -167,7 +167,7 @@ struct Found {
 }
 
 impl Found {
-    fn add(&mut self, address: TileAddress, tile: Measured) {
+    fn add(&mut self, address: TileAddress, tile: Measured, is_leaf: bool) {
         let zoom = self.zooms.entry(address.zoom).or_insert_with(|| ZoomReport {
             zoom: address.zoom,
             ..Default::default()
@@ -181,6 +181,9 @@ impl Found {
         };
         raise(coarsest_outline, coarsest.claimed_outline);
         raise(&mut zoom.claimed_finest, finest.claimed);
+        if is_leaf {
+            raise(&mut zoom.claimed_leaves, finest.claimed);
+        }
         raise(&mut zoom.measured_finest, finest.measured);
         raise(&mut zoom.claimed_coarsest, coarsest.claimed);
         raise(&mut zoom.measured_coarsest, coarsest.measured);
@@ -223,7 +226,7 @@ fn measure_tiles(measure: &Measure, progress: &Progress) -> Result<Found> {
     all.sort_by_key(|&(address, _)| address);
     let mut found = Found::default();
     for (address, tile) in all {
-        found.add(address, tile);
+        found.add(address, tile, extent::is_leaf(exist, address));
     }
     Ok(found)
 }
@@ -280,8 +283,7 @@ fn joined((a, mut b): (usize, Vec<Violation>), (c, d): (usize, Vec<Violation>)) 
 }
 
 fn check_nesting(sound: &Sound, exist: &BTreeSet<TileAddress>, progress: &Progress) -> (usize, Vec<Violation>) {
-    let deepest = exist.last().map_or(0, |address| address.zoom);
-    let parents: Vec<TileAddress> = exist.iter().copied().filter(|address| address.zoom < deepest).collect();
+    let parents: BTreeSet<TileAddress> = exist.iter().filter_map(|address| address.parent()).collect();
     progress.stage("nesting", parents.len() as u64);
     let violations = parents.par_iter().flat_map_iter(|&parent| {
         let existing = parent.children().into_iter().filter(|child| exist.contains(child));

@@ -54,10 +54,14 @@ impl Default for Heights {
 }
 
 impl Heights {
-    /// The surface of the tile at `address`, if there is one. Blocks while it reads and decodes.
+    /// The surface of the tile that stands for the square at `address`, if there is one. Blocks while it reads and decodes.
     pub(crate) fn ground(&self, tileset: &Tileset, address: TileAddress) -> Result<Option<Arc<Ground>>, TileError> {
         let key = (tileset.generation, address);
-        let make = || Ok(tileset.tile(address)?.map(|tile| Arc::new(Ground::of(&tile))));
+        let make = || {
+            let standing = tileset.standing_for(address);
+            let tile = standing.map(|address| tileset.tile(address)).transpose()?.flatten();
+            Ok(tile.map(|tile| Arc::new(Ground::of(&tile))))
+        };
         self.0
             .try_get_with(key, make)
             .map_err(|error: Arc<TileError>| (*error).clone())

@@ -92,6 +92,11 @@ impl Tileset {
         hasher.finish()
     }
 
+    /// The tile that stands for a square, the one there or the leaf above, if there is one.
+    pub(crate) fn standing_for(&self, address: TileAddress) -> Option<TileAddress> {
+        self.archive.standing_for(address)
+    }
+
     /// The decoded tile, if there is one. Blocks while it reads and decodes.
     pub(crate) fn tile(&self, address: TileAddress) -> Result<Option<Tile>, TileError> {
         let Some(bytes) = self.stored(address)? else {
@@ -117,8 +122,9 @@ impl Tileset {
     /// Whether there is something to draw although nothing is measured: at the roots, since every client starts from both, and beside
     /// tiles.
     pub(crate) fn has_ground(&self, address: TileAddress) -> bool {
-        let mut around = addresses_around(address).into_iter();
-        address.zoom == 0 || around.any(|address| self.checksum(address).is_some())
+        let around = addresses_around(address);
+        let is_beside = || around.iter().any(|&address| self.checksum(address).is_some());
+        address.zoom == 0 || (self.standing_for(address).is_none() && is_beside())
     }
 
     pub(crate) fn quantized_mesh(

@@ -16,7 +16,7 @@ use terrain_ingest::stored_raster::StoredRaster;
 use terrain_ingest::verify::ArchiveReport;
 use terrain_ingest::{GeoReference, HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
-use terrain_tiles::address::TileAddress;
+use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::{Reader, Writer};
 use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spt;
@@ -183,6 +183,20 @@ fn two_adjacent_tiles_with_a_void_sea_meet_bit_for_bit_and_nest() {
     assert!(report.shared_sides > 500 && report.parents > 100, "{report}");
 }
 
+/// Writes a raster in degrees whose rows are `side` samples each; voids are −9999.
+fn write_raster(path: &Path, side: usize, cell: f64, corner: [f64; 2], heights: &[f64]) {
+    let [left, low] = corner;
+    let mut text =
+        format!("ncols {side}\nnrows {side}\nxllcorner {left}\nyllcorner {low}\ncellsize {cell}\nNODATA_value -9999\n");
+    for row in heights.chunks(side) {
+        let row: Vec<String> = row.iter().map(|height| format!("{height:.2}")).collect();
+        text.push_str(&(row.join(" ") + "\n"));
+    }
+    let crs = r#"GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;
+    std::fs::write(path.with_extension("prj"), crs).unwrap();
+    std::fs::write(path, text).unwrap();
+}
+
 /// Hills with a thousand voids, each alone or beside a few others.
 fn raster_with_voids(folder: &Path) -> PathBuf {
     const SIDE: usize = 320;
@@ -195,16 +209,93 @@ fn raster_with_voids(folder: &Path) -> PathBuf {
     for _ in 0..1000 {
         heights[random.usize(2..SIDE - 2) * SIDE + random.usize(2..SIDE - 2)] = -9999.0;
     }
-    let mut text =
-        format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 7\nyllcorner 46\ncellsize 0.000277777778\nNODATA_value -9999\n");
-    for row in heights.chunks(SIDE) {
-        let row: Vec<String> = row.iter().map(|height| format!("{height:.2}")).collect();
-        text.push_str(&(row.join(" ") + "\n"));
+    let path = folder.join("voids.asc");
+    write_raster(&path, SIDE, 0.000277777778, [7.0, 46.0], &heights);
+    path
+}
+
+/// A site of fine cells, with voids, in a country of cells sixteen times longer that has a lake without heights.
+fn site_and_country(folder: &Path) -> [PathBuf; 2] {
+    const CELL: f64 = 0.0001;
+    let hills =
+        |[x, y]: [f64; 2]| 700.0 + 90.0 * (x / 0.021).sin() * (y / 0.034).cos() + 25.0 * (x / 0.006 + y / 0.009).sin();
+    let heights = |side: usize, cell: f64, rough: f64, is_void: &dyn Fn(usize, usize) -> bool| {
+        let height = |i: usize| {
+            let (column, row) = (i % side, i / side);
+            let bumps = rough * (column as f64 / 3.0).sin() * (row as f64 / 4.0).cos();
+            let place = [column, side - row].map(|index| index as f64 * cell);
+            if is_void(column, row) {
+                -9999.0
+            } else {
+                hills(place) + bumps
+            }
+        };
+        (0..side * side).map(height).collect::<Vec<f64>>()
+    };
+    let [site, country] = ["site.asc", "country.asc"].map(|name| folder.join(name));
+    let fine = heights(160, CELL, 4.0, &|column, row| row == 80 && column < 30);
+    write_raster(&site, 160, CELL, [8.0771, 46.0932], &fine);
+    let coarse = heights(110, 16.0 * CELL, 0.0, &|column, row| {
+        (20..26).contains(&row) && (70..79).contains(&column)
+    });
+    write_raster(&country, 110, 16.0 * CELL, [8.0, 46.0], &coarse);
+    [site, country]
+}
+
+#[test]
+fn a_country_is_no_deeper_than_its_cells_are_worth_around_a_site_in_it() {
+    let folder = TempDir::new().unwrap();
+    let [site, country] = site_and_country(folder.path());
+    let built = Built::new(&[site.clone(), country], 1.0);
+    let report = built.verified("archive.pmtiles");
+    assert!(report.holds(), "{report}");
+
+    let reader = Reader::open(&built.path("archive.pmtiles")).unwrap();
+    let metadata = reader.metadata();
+    assert!(metadata.has_leaves_above());
+    let alone = Built::new(&[site], 1.0);
+    let deepest_alone = Reader::open(&alone.path("archive.pmtiles"))
+        .unwrap()
+        .metadata()
+        .max_zoom;
+    assert_eq!(metadata.max_zoom, deepest_alone);
+    let of_zoom = |zoom: u8| reader.addresses().filter(|address| address.zoom == zoom).count();
+    assert!(
+        of_zoom(metadata.max_zoom) < of_zoom(metadata.max_zoom - 3) * 8,
+        "{report}"
+    );
+    // Each leaf errs by what is asked, or by an eighth of the coarse cells of 178 m, and says so.
+    for zoom in metadata.zooms.iter().filter(|zoom| zoom.leaves > 0) {
+        let zooms_up = metadata.max_zoom - zoom.zoom;
+        assert!(zooms_up <= 4, "{report}");
+        assert!(zoom.leaf_error <= f64::from(1 << zooms_up) * 1.001, "{report}");
     }
-    let crs = r#"GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]"#;
-    std::fs::write(folder.join("voids.prj"), crs).unwrap();
-    std::fs::write(folder.join("voids.asc"), text).unwrap();
-    folder.join("voids.asc")
+    let is_leaf = |address: TileAddress| !address.children().iter().any(|&child| reader.checksum(child).is_some());
+    for leaf in reader.addresses().filter(|&address| is_leaf(address)) {
+        for across in Side::ALL.into_iter().filter_map(|side| leaf.neighbour(side)) {
+            let standing = reader.standing_for(across);
+            assert!(
+                standing.is_none_or(|standing| standing.zoom + 1 >= leaf.zoom),
+                "{leaf} beside {standing:?}"
+            );
+        }
+    }
+
+    // What the leaves of the country claim is measured: one that is bent is found out.
+    let shallow = reader.addresses().find(|&address| is_leaf(address)).unwrap();
+    assert!(shallow.zoom < metadata.max_zoom);
+    with_change(
+        &built.path("archive.pmtiles"),
+        &built.path("bent.pmtiles"),
+        shallow,
+        |tile| {
+            for height in [&mut tile.partition.positions, &mut tile.partition.blue_positions] {
+                height.iter_mut().for_each(|position| position.z += 64.0);
+            }
+        },
+    );
+    let report = built.verified("bent.pmtiles");
+    assert!(!report.holds());
 }
 
 #[test]

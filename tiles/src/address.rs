@@ -103,3 +103,12 @@ impl fmt::Display for TileAddress {
         write!(f, "{}/{}/{}", self.zoom, self.x, self.y)
     }
 }
+
+/// Of the tiles that are there, the one that stands for a square: the one at `address`, or the leaf that is above it.
+#[must_use]
+pub fn standing_for(address: TileAddress, is_there: impl Fn(TileAddress) -> bool) -> Option<TileAddress> {
+    let and_above = std::iter::successors(Some(address), |address| address.parent());
+    let nearest = and_above.into_iter().find(|&address| is_there(address))?;
+    let is_leaf = || !nearest.children().into_iter().any(&is_there);
+    (nearest == address || is_leaf()).then_some(nearest)
+}

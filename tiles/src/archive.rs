@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use twox_hash::{XxHash3_64, XxHash3_128};
 
-use crate::address::{MAX_ZOOM, TileAddress};
+use crate::address::{self, MAX_ZOOM, TileAddress};
 use crate::metadata::{FORMAT, Metadata, VERSION};
 use crate::new_file::NewFile;
 use crate::tile_file::{self, Kind, SquareTile, TileFile};
@@ -273,6 +273,12 @@ impl Reader {
             Some(bytes) => Ok(Some(Vec::from(bytes))),
             None => Err(ArchiveError::Damaged(self.path.clone(), address)),
         }
+    }
+
+    /// The tile that stands for a square: the one at `address`, or the leaf that is above it. Reads nothing.
+    #[must_use]
+    pub fn standing_for(&self, address: TileAddress) -> Option<TileAddress> {
+        address::standing_for(address, |address| self.checksum(address).is_some())
     }
 
     /// All tiles, coarse zooms first, neighbours mostly one after the other.

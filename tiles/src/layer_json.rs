@@ -1,8 +1,11 @@
 //! `layer.json`: how CesiumJS and its kin learn what quantized-mesh tiles a server has. TileJSON 2.1 with the keys that
 //! the format's readers look for.
 
+use std::collections::{BTreeSet, HashSet};
+
 use serde::Serialize;
 
+use crate::address::{TileAddress, standing_for};
 use crate::metadata::Metadata;
 
 /// The document, ready for JSON.
@@ -91,10 +94,40 @@ fn available(metadata: &Metadata, zoom: u8) -> Vec<Range> {
     if zoom == 0 {
         return vec![Range::from([0, 0, 1, 0])];
     }
-    let here = metadata.zooms.iter().filter(|entry| entry.zoom == zoom);
+    let rectangles = rectangles(metadata, zoom).flat_map(|&rectangle| with_tiles_beside(zoom, rectangle));
+    if metadata.has_leaves_above() {
+        return without_those_below_leaves(metadata, zoom, rectangles);
+    }
+    rectangles.map(Range::from).collect()
+}
+
+fn rectangles(metadata: &Metadata, zoom: u8) -> impl Iterator<Item = &[u32; 4]> {
+    let here = metadata.zooms.iter().filter(move |entry| entry.zoom == zoom);
     here.flat_map(|entry| &entry.available)
-        .flat_map(|&rectangle| with_tiles_beside(zoom, rectangle))
-        .map(Range::from)
+}
+
+fn tiles_in(zoom: u8, [start_x, start_y, end_x, end_y]: [u32; 4]) -> impl Iterator<Item = TileAddress> {
+    let row = move |y| (start_x..=end_x).filter_map(move |x| TileAddress::new(zoom, x, y));
+    (start_y..=end_y).flat_map(row)
+}
+
+/// What is beside data of some zoom is no bare ground where a leaf of a zoom above is: clients go on with that.
+fn without_those_below_leaves(metadata: &Metadata, zoom: u8, wanted: impl Iterator<Item = [u32; 4]>) -> Vec<Range> {
+    let there: HashSet<TileAddress> = (0..=metadata.max_zoom)
+        .flat_map(|zoom| rectangles(metadata, zoom).flat_map(move |&rectangle| tiles_in(zoom, rectangle)))
+        .collect();
+    let is_offered = |&address: &TileAddress| {
+        let standing = standing_for(address, |address| there.contains(&address));
+        standing.is_none_or(|standing| standing == address)
+    };
+    let offered: BTreeSet<(u32, u32)> = wanted
+        .flat_map(|rectangle| tiles_in(zoom, rectangle))
+        .filter(is_offered)
+        .map(|address| (address.y, address.x))
+        .collect();
+    let offered: Vec<(u32, u32)> = offered.into_iter().collect();
+    let runs = offered.chunk_by(|one, next| one.0 == next.0 && one.1 + 1 == next.1);
+    runs.map(|run| Range::from([run[0].1, run[0].0, run[run.len() - 1].1, run[0].0]))
         .collect()
 }
 

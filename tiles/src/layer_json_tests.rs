@@ -12,6 +12,8 @@ fn zoom(zoom: u8, available: Vec<[u32; 4]>) -> Zoom {
         tiles: available.len(),
         triangles: 1,
         finest_error: 1.0,
+        leaves: 0,
+        leaf_error: 0.0,
         coarsest_error: 2.0,
         outline_error: 0.0,
         available,

@@ -1,5 +1,7 @@
 //! What an archive says of itself: the JSON block of the PMTiles file, and what the server lists.
 
+use std::cmp::Ordering;
+
 use serde::{Deserialize, Serialize};
 
 use crate::outside::Outside;
@@ -70,11 +72,23 @@ impl Metadata {
         }
     }
 
-    /// Error that is certified of a zoom's finest surfaces, metres.
+    /// Error that is certified, in metres, of a zoom's finest surfaces and of the leaves above, which stand for what is below them.
     #[must_use]
     pub fn finest_error(&self, zoom: u8) -> f64 {
-        let found = self.zooms.iter().find(|entry| entry.zoom == zoom);
-        found.map_or(0.0, |entry| entry.finest_error)
+        let error_of = |entry: &Zoom| match entry.zoom.cmp(&zoom) {
+            Ordering::Less => entry.leaf_error,
+            Ordering::Equal => entry.finest_error,
+            Ordering::Greater => 0.0,
+        };
+        self.zooms.iter().map(error_of).fold(0.0, f64::max)
+    }
+
+    /// Whether some leaves are above the last zoom.
+    #[must_use]
+    pub fn has_leaves_above(&self) -> bool {
+        self.zooms
+            .iter()
+            .any(|zoom| zoom.zoom < self.max_zoom && zoom.leaves > 0)
     }
 }
 
@@ -312,7 +326,7 @@ impl Source {
 }
 
 /// The tiles of one zoom.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Zoom {
     /// Which.
     pub zoom: u8,
@@ -326,6 +340,13 @@ pub struct Zoom {
     pub coarsest_error: f64,
     /// Largest plan distance in metres between the outline of a coarsest surface and the source's.
     pub outline_error: f64,
+    /// How many of the tiles are leaves: no tile is below them, and they stand for all below. Where rasters are coarse there are some
+    /// above the last zoom.
+    #[serde(default)]
+    pub leaves: usize,
+    /// Largest certified error of the leaves' finest surfaces, metres.
+    #[serde(default)]
+    pub leaf_error: f64,
     /// Rectangles of tiles that exist: first x, first y, last x, last y, all of them inclusive.
     pub available: Vec<[u32; 4]>,
 }

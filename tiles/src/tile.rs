@@ -77,6 +77,18 @@ impl Tile {
         }
     }
 
+    /// Certified vertical error of the surface at `detail`, metres, or that of the finest interior where only some sides are fine.
+    #[must_use]
+    pub fn error(&self, detail: Detail) -> f64 {
+        if detail == self.finest() {
+            return self.finest_error();
+        }
+        self.partition
+            .levels
+            .get(detail.interior)
+            .map_or(f64::INFINITY, |level| level.error)
+    }
+
     /// The coarsest surface, which is the parent's finest over this tile's square.
     #[must_use]
     pub fn coarsest(&self) -> Detail {

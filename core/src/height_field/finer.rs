@@ -62,6 +62,39 @@ impl Finer<'_> {
         at / self.scale() - DVec2::new(self.origin[0] as f64, self.origin[1] as f64)
     }
 
+    /// The place of the sample that is next to one of the window.
+    pub(crate) fn nearest_sample(&self, at: DVec2) -> DVec2 {
+        self.in_window(self.whole(at).round())
+    }
+
+    /// The sample under a triangle that is furthest from it, if that is by more than the tolerance: by how much, and where.
+    pub(crate) fn worst_under(
+        &self,
+        corners: [GridPoint; 3],
+        curvature: DVec2,
+        tolerance: f64,
+    ) -> Option<(f64, DVec2)> {
+        let corners = corners.map(|corner| self.whole_point(corner));
+        let curvature = self.curvature_of(curvature);
+        let flat = Flat::through(corners, curvature)?;
+        let point = self.beyond_triangle(corners, curvature, tolerance * (1.0 + ROUNDING))?;
+        let size = (point.height - flat.height(point.at)).abs();
+        Some((size, self.in_window(point.at)))
+    }
+
+    /// The place along an edge that is furthest from the surface, if that is by more than the tolerance.
+    pub(crate) fn worst_along(&self, ends: [GridPoint; 2], curvature: DVec2, tolerance: f64) -> Option<(f64, DVec2)> {
+        let [from, to] = ends.map(|end| self.whole_point(end));
+        let curvature = self.curvature_of(curvature);
+        let point = self.beyond_edge(from, to, curvature, tolerance * (1.0 + ROUNDING))?;
+        let way = to.grid - from.grid;
+        let share = (point.at - from.grid).dot(way) / way.length_squared();
+        let hanging = curvature.dot(way * way) * share * (1.0 - share);
+        let straight = from.height + share * (to.height - from.height);
+        let size = (point.height + hanging - straight).abs();
+        Some((size, self.in_window(point.at)))
+    }
+
     /// Height of the surface at a place of the window; none in a void.
     pub(crate) fn height(&self, at: DVec2) -> Option<f64> {
         let whole = self.whole(at);
@@ -77,8 +110,8 @@ impl Finer<'_> {
     }
 
     /// Of a step among all samples.
-    fn curvature_of(&self, fan: &FinerFan) -> DVec2 {
-        fan.curvature / (self.scale() * self.scale())
+    fn curvature_of(&self, curvature: DVec2) -> DVec2 {
+        curvature / (self.scale() * self.scale())
     }
 
     fn place_in_window(&self, point: SurfacePoint) -> SurfacePoint {
@@ -90,7 +123,7 @@ impl Finer<'_> {
 
     /// A sample under a fan that is further from it than the tolerance, if there is one: the worst under one of the triangles.
     pub(crate) fn beyond_under(&self, fan: &FinerFan, tolerance: f64) -> Option<SurfacePoint> {
-        let (curvature, limit) = (self.curvature_of(fan), tolerance * (1.0 + ROUNDING));
+        let (curvature, limit) = (self.curvature_of(fan.curvature), tolerance * (1.0 + ROUNDING));
         let centre = self.whole_point(fan.centre);
         let around = fan.ring.iter().chain(fan.ring.first().filter(|_| fan.is_closed));
         let found = fan.ring.iter().zip(around.skip(1)).find_map(|(&from, &to)| {
@@ -102,7 +135,7 @@ impl Finer<'_> {
 
     /// The same along one of the edges from the fan's centre.
     pub(crate) fn beyond_along(&self, fan: &FinerFan, tolerance: f64) -> Option<SurfacePoint> {
-        let (curvature, limit) = (self.curvature_of(fan), tolerance * (1.0 + ROUNDING));
+        let (curvature, limit) = (self.curvature_of(fan.curvature), tolerance * (1.0 + ROUNDING));
         let centre = self.whole_point(fan.centre);
         let mut ends = fan.ring.iter();
         let found = ends.find_map(|&end| self.beyond_edge(centre, self.whole_point(end), curvature, limit));

@@ -81,6 +81,46 @@ impl Deviation {
 }
 
 impl Reference<'_> {
+    /// Height of the surface at a position in plan, metres; in a void, of the nearest sample, and 0 where there is none.
+    #[must_use]
+    pub fn height_near(&self, plan: DVec2) -> f64 {
+        let at = self.plan.grid(plan);
+        self.height_near_grid(at).unwrap_or(0.0)
+    }
+
+    /// The same in grid coordinates; none where there is no sample.
+    pub(crate) fn height_near_grid(&self, at: DVec2) -> Option<f64> {
+        let of_finer = self.finer.and_then(|finer| finer.height(at));
+        of_finer.or_else(|| self.heights.height_near(at))
+    }
+
+    /// The place of the sample next to one.
+    pub(crate) fn nearest_sample(&self, at: DVec2) -> DVec2 {
+        self.finer.map_or_else(|| at.round(), |finer| finer.nearest_sample(at))
+    }
+
+    /// Largest difference between the triangle and all samples that it covers, as far as it is more than the tolerance: between those
+    /// of the window, too, where these are not all there are.
+    pub(crate) fn triangle_worst(&self, corners: [GridPoint; 3], tolerance: f64) -> Deviation {
+        let of_window = self.triangle_deviation(corners);
+        let Some(finer) = self.finer.filter(|_| of_window.size <= tolerance) else {
+            return of_window;
+        };
+        let curvature = self.curvature_at(corners.map(|corner| corner.grid.y).iter().sum::<f64>() / 3.0);
+        let found = finer.worst_under(corners, curvature, tolerance);
+        found.map_or(of_window, |(size, at)| Deviation { size, at })
+    }
+
+    /// The same between the straight edge and the surface under it.
+    pub(crate) fn edge_worst(&self, a: GridPoint, b: GridPoint, tolerance: f64) -> Deviation {
+        let Some(finer) = self.finer else {
+            return self.edge_deviation(a, b);
+        };
+        let curvature = self.curvature_at((a.grid.y + b.grid.y) / 2.0);
+        let found = finer.worst_along([a, b], curvature, tolerance);
+        found.map_or(Deviation::NONE, |(size, at)| Deviation { size, at })
+    }
+
     /// `kx` and `ky` at a row.
     pub(crate) fn curvature_at(&self, row: f64) -> DVec2 {
         self.curvature[(row.max(0.0) as usize).min(self.heights.rows - 1)]

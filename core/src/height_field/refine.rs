@@ -81,7 +81,7 @@ fn both_on(a: DVec2, b: DVec2, lines: [f64; 2]) -> bool {
 pub fn refine(surface: &mut Surface, refinement: Refinement) {
     let flat = |surface: &Surface, corners: [u32; 3]| {
         let points = corners.map(|corner| surface.point(corner));
-        surface.reference.triangle_deviation(points)
+        surface.reference.triangle_worst(points, refinement.tolerance)
     };
     refine_by(surface, refinement, flat);
 }
@@ -201,7 +201,8 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
     /// Inserts the sample next to the worst place before the place itself, since that is where the surface bends. Where
     /// vertices are there already it does so along edges that stray, and at last on the edges themselves.
     fn mend(&mut self, triangle: u32, worst: DVec2) -> bool {
-        if self.insert_at(triangle, worst.round()) || self.insert_at(triangle, worst) {
+        let sample = self.surface.reference.nearest_sample(worst);
+        if self.insert_at(triangle, sample) || self.insert_at(triangle, worst) {
             return true;
         }
         let tolerance = self.refinement.tolerance;
@@ -209,9 +210,8 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         let mut strayed = along.into_iter().filter(|(_, found)| found.size > tolerance);
         strayed.any(|(edge, found)| {
             let on_edge = self.on_edge(edge, self.surface.reference.plan.plan(found.at));
-            self.insert_at(triangle, found.at.round())
-                || self.insert_at(triangle, found.at)
-                || self.insert(triangle, on_edge)
+            let sample = self.surface.reference.nearest_sample(found.at);
+            self.insert_at(triangle, sample) || self.insert_at(triangle, found.at) || self.insert(triangle, on_edge)
         })
     }
 
@@ -270,9 +270,11 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         if self.surface.reference.bound == Bound::Samples || is_given {
             return Deviation::NONE;
         }
-        self.surface
-            .reference
-            .edge_deviation(self.surface.point(from), self.surface.point(to))
+        self.surface.reference.edge_worst(
+            self.surface.point(from),
+            self.surface.point(to),
+            self.refinement.tolerance,
+        )
     }
 
     fn insert_at(&mut self, triangle: u32, grid: DVec2) -> bool {
@@ -290,7 +292,7 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         let Some((edge, is_on_edge)) = self.locate(triangle, plan) else {
             return false;
         };
-        let Some(height) = reference.heights.height_near(grid) else {
+        let Some(height) = reference.height_near_grid(grid) else {
             return false;
         };
         let vertex = if is_on_edge {

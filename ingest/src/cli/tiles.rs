@@ -10,7 +10,8 @@ use super::values::positive;
 pub(crate) struct TileArgs {
     /// Largest error of the finest tiles, in metres, doubled a zoom upwards. If not given, an eighth of the shorter side of a
     /// cell, rounded to 1, 2 or 5 times a power of ten: 0.1 m for cells of 1 m, 5 m for 30 m, 10 m for 90 m, and 200 m at
-    /// most, or what cells of a degree and more bend away from the Earth.
+    /// most, or what cells of a degree and more bend away from the Earth. Where only coarser rasters are, tiles end at a coarser
+    /// zoom and err by an eighth of those rasters' cells, if that is more than this.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) max_error: Option<f64>,
     /// What CesiumJS and its kin see where nothing was measured, around the data and in their holes.

@@ -12,6 +12,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde_json::json;
+use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::raster_dem::image::Format;
 use terrain_tiles::raster_dem::{RasterForm, mercator};
@@ -64,9 +65,12 @@ pub(super) fn write(archive: &Reader, form: RasterForm, choice: &Choice, output:
 fn tiles(archive: &Reader, form: RasterForm, choice: &Choice, finest: u8) -> BTreeSet<SquareTile> {
     let metadata = archive.metadata();
     let there = choice.tiles(archive);
+    let is_leaf = &|address: TileAddress| !address.children().iter().any(|child| there.contains(child));
     let of_zoom = |zoom| {
         let surface = form.surface_zoom(metadata, zoom);
-        let surfaces = there.iter().filter(move |address| address.zoom == surface);
+        let stands =
+            move |address: &&TileAddress| address.zoom == surface || (address.zoom < surface && is_leaf(**address));
+        let surfaces = there.iter().filter(stands);
         surfaces.flat_map(move |&address| mercator::tiles_over(address, zoom))
     };
     let is_meant = |&tile: &SquareTile| mercator::meets(tile, metadata.bounds) && choice.meets(mercator::bounds(tile));

@@ -44,7 +44,7 @@ pub struct Options {
     pub spacing: Option<f64>,
 }
 
-/// Writes the tiles `chosen`, which are of one zoom, and heightmaps of all that `choice` and the archive have in common.
+/// Writes the tiles `chosen`, of which none is below another one, and heightmaps of all that `choice` and the archive have in common.
 pub(super) fn write(
     archive: &Reader,
     chosen: &BTreeSet<TileAddress>,
@@ -53,16 +53,17 @@ pub(super) fn write(
     folder: &Folder,
 ) -> anyhow::Result<()> {
     let metadata = archive.metadata();
-    let zoom = chosen.first().map_or(0, |address| address.zoom);
+    let zoom = chosen.last().map_or(0, |address| address.zoom);
     let tiles: Vec<TileAddress> = chosen.iter().copied().collect();
     let area = choice.bounds(metadata.bounds)?;
     let middle = DVec2::new(area[0].midpoint(area[2]), area[1].midpoint(area[3]));
     let origin = options.origin.map_or(middle, DVec2::from_array);
     let frame = Frame::new(origin, &tiles, metadata.heights)?;
-    let outline_error = metadata
+    let zooms = metadata
         .zooms
-        .get(usize::from(zoom))
-        .map_or(0.0, |zoom| zoom.outline_error);
+        .iter()
+        .filter(|entry| chosen.iter().any(|tile| tile.zoom == entry.zoom));
+    let outline_error = zooms.map(|zoom| zoom.outline_error).fold(0.0, f64::max);
     let rectangle = grid::inside(&frame, area, metadata.heights, outline_error + frame.step)?;
     let spacing = options.spacing.unwrap_or_else(|| source_spacing(metadata, zoom));
     let grid = Grid::new(rectangle, spacing, options.size)?;

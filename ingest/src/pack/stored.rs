@@ -65,11 +65,11 @@ impl<'a> Grounds<'a> {
         }
     }
 
-    /// That of the tile at `address`, if there is one.
+    /// That of the tile that stands for the square at `address`, if there is one.
     pub(super) fn at(&self, address: TileAddress) -> anyhow::Result<Option<Arc<Ground>>> {
         let decode = || {
-            let is_there = self.archive.checksum(address).is_some();
-            let decoded = is_there.then(|| tile(self.archive, address)).transpose()?;
+            let standing = self.archive.standing_for(address);
+            let decoded = standing.map(|address| tile(self.archive, address)).transpose()?;
             anyhow::Ok(decoded.map(|tile| Arc::new(Ground::of(&tile))))
         };
         let found = self.kept.try_get_with(address, decode);

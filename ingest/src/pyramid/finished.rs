@@ -1,6 +1,6 @@
 //! Finished tiles: where they are, and how they become an archive.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
@@ -104,11 +104,7 @@ impl FinishedTiles<'_> {
     /// What the parent takes of a tile.
     pub(crate) fn coarsest(&self, record: &TileRecord) -> Result<Child> {
         let tile = self.decoded(record)?;
-        Ok(Child {
-            square: record.square,
-            coarsest: tile.surface(tile.coarsest()),
-            lineage: tile.lineage,
-        })
+        Ok(Child::of(record.square, &tile))
     }
 
     /// The tiles of a subtree of such a name, if it was finished. Where an archive is updated, each tile is asked for.
@@ -247,13 +243,21 @@ impl Summary {
         zoom.tiles.push((head.address, head.errors[0]));
     }
 
-    /// Tiles of the last zoom and the error of their finest surfaces, metres.
-    pub(crate) fn leaves(&self) -> &[(TileAddress, f64)] {
-        self.zooms.last_key_value().map_or(&[], |(_, zoom)| &zoom.tiles)
+    /// Tiles without children, and the error of their finest surfaces, metres.
+    pub(crate) fn leaves(&self) -> Vec<(TileAddress, f64)> {
+        let tiles = || self.zooms.values().flat_map(|zoom| &zoom.tiles);
+        let parents: HashSet<TileAddress> = tiles().filter_map(|(address, _)| address.parent()).collect();
+        let is_leaf = |(address, _): &&(TileAddress, f64)| !parents.contains(address);
+        tiles().filter(is_leaf).copied().collect()
     }
 
     /// What is said of each zoom.
     pub(crate) fn zooms(&self) -> Vec<Zoom> {
+        let mut leaves: BTreeMap<u8, Vec<f64>> = BTreeMap::new();
+        for (address, error) in self.leaves() {
+            leaves.entry(address.zoom).or_default().push(error);
+        }
+        let leaves = |zoom: u8| leaves.get(&zoom).map_or(&[][..], Vec::as_slice);
         let said = |(&zoom, of_zoom): (&u8, &OfZoom)| Zoom {
             zoom,
             tiles: of_zoom.tiles.len(),
@@ -261,6 +265,8 @@ impl Summary {
             finest_error: of_zoom.errors[0],
             coarsest_error: of_zoom.errors[1],
             outline_error: of_zoom.outline_error,
+            leaves: leaves(zoom).len(),
+            leaf_error: leaves(zoom).iter().copied().fold(0.0, f64::max),
             available: rectangles(of_zoom.tiles.iter().map(|&(address, _)| address)),
         };
         self.zooms.iter().map(said).collect()

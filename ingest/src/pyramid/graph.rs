@@ -159,7 +159,7 @@ impl<'a> Graph<'a> {
             })
             .collect();
         let relief = chunks_over_files(seen, RELIEF_LEVEL);
-        let subtrees = plan::subtrees(georeference, seen.size(), &options, &rectangles);
+        let subtrees = plan::subtrees(seen, &options, &rectangles);
         let bands = Intake::new(seen, &store).bands().len();
         Ok(Self {
             relief,

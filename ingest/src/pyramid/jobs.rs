@@ -13,10 +13,12 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
 use moka::sync::Cache;
+use rayon::prelude::*;
 use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::ground::Ground;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::Reference;
+use terrain_core::height_field::relief::CHUNK;
 use terrain_core::height_field::simplify::{Allowance, Simplifier};
 use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::Side;
@@ -67,6 +69,17 @@ pub(crate) struct Child {
     pub(crate) square: Square,
     pub(crate) coarsest: Mesh,
     pub(crate) lineage: Lineage,
+}
+
+impl Child {
+    /// What the parent takes of a tile.
+    pub(crate) fn of(square: Square, tile: &Tile) -> Self {
+        Self {
+            square,
+            coarsest: tile.surface(tile.coarsest()),
+            lineage: tile.lineage,
+        }
+    }
 }
 
 /// A square's plan coordinates over a grid, and the rectangle in which they are needed.
@@ -134,11 +147,19 @@ impl<'a> Jobs<'a> {
     }
 
     /// Columns and rows of the samples that a square may touch; none where it is beside the raster.
-    pub(crate) fn cells(&self, square: Square) -> Option<[Range<usize>; 2]> {
+    fn cells(&self, square: Square) -> Option<[Range<usize>; 2]> {
         let lattice = self.plan.lattice;
         let low = lattice.geographic(lattice.origin(square));
         let high = lattice.geographic(lattice.origin(square) + lattice.extent(square.zoom) as f64);
         self.cells_between(low, high)
+    }
+
+    /// Columns and rows of the samples under a square, if it has any.
+    pub(crate) fn cells_with_samples(&self, square: Square) -> Option<[Range<usize>; 2]> {
+        let cells = self.cells(square)?;
+        let level = self.plan.height(square).min(self.raster.top());
+        let has_samples = !self.raster.chunks_over(level, &cells[0], &cells[1]).is_empty();
+        has_samples.then_some(cells)
     }
 
     /// Columns and rows of the samples in a rectangle of longitudes and latitudes.
@@ -283,9 +304,60 @@ impl<'a> Jobs<'a> {
 
     /// The leaf of a square, if the raster has a surface there.
     ///
+    /// Above the deepest zoom it is made of some of its samples, and measured against all. Where the surface ends in it, it is made of
+    /// smaller leaves, as parents are, and nobody else sees those: the outline is that of all samples.
+    ///
     /// # Errors
     /// When samples cannot be read.
     pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
+        if self.plan.height(square) == 0 {
+            return self.leaf_of_samples(square, cells);
+        }
+        if self.is_whole(square, &cells)? {
+            let curves = self.curves_around(square)?;
+            let sides = curves.each_ref().map(|curve| curve.as_ref());
+            return self.over_blocks(square, cells, |reference, certifier| {
+                self.leaf_over(square, None, reference, sides, certifier)
+            });
+        }
+        let child = |child: Square| {
+            let Some(cells) = self.cells_with_samples(child) else {
+                return Ok(None);
+            };
+            let tile = self.leaf(child, cells)?;
+            Ok(tile.map(|tile| Child::of(child, &tile)))
+        };
+        let children: Result<Vec<Option<Child>>> = square.children().into_par_iter().map(child).collect();
+        let children: Vec<Child> = children?.into_iter().flatten().collect();
+        if children.is_empty() {
+            return Ok(None);
+        }
+        self.parent(square, cells, &children).map(Some)
+    }
+
+    /// Whether all samples under a square and just beside it have heights, so that no outline is there.
+    fn is_whole(&self, square: Square, [columns, rows]: &[Range<usize>; 2]) -> Result<bool> {
+        let size = self.raster.size();
+        let reaches_an_end = |range: &Range<usize>, size: usize| range.start == 0 || range.end == size;
+        if reaches_an_end(columns, size[0]) || reaches_an_end(rows, size[1]) {
+            return Ok(false);
+        }
+        let height = self.plan.height(square).min(self.raster.top());
+        if self.raster.chunks_over(height, columns, rows).is_empty() {
+            return Ok(false);
+        }
+        for first in rows.clone().step_by(CHUNK) {
+            let band = self
+                .raster
+                .window(columns.clone(), first..(first + CHUNK).min(rows.end))?;
+            if band.heights.iter().any(|height| height.is_nan()) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn leaf_of_samples(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
         let (view, of_view) = self.view(square, &cells);
         let certifier = Certifier::new(&of_view, &view, self.plan.bound);
         let Some(grid) = self.window(square, cells)? else {
@@ -308,22 +380,23 @@ impl<'a> Jobs<'a> {
         };
         let curves = self.curves_around(square)?;
         let sides = curves.each_ref().map(|curve| curve.as_ref());
-        self.leaf_over(square, &grid.georeference, &reference, sides, &certifier)
+        let outline = self.border_source(&grid);
+        self.leaf_over(square, Some(&outline), &reference, sides, &certifier)
     }
 
     fn leaf_over(
         &self,
         square: Square,
-        georeference: &GeoReference,
+        outline: Option<&BorderSource>,
         reference: &Reference,
         sides: [&BorderCurve; 4],
         certifier: &Certifier,
     ) -> Result<Option<Tile>> {
-        let max_error = self.plan.max_error;
+        let max_error = self.plan.error_at(square.zoom);
         let build = self.build(certifier);
         let mut best: Option<Tile> = None;
         for share in LEAF_SHARES {
-            let made = self.leaf_mesh(&build, georeference, square, reference, sides, share * max_error)?;
+            let made = self.leaf_mesh(&build, outline, square, reference, sides, share * max_error)?;
             let Some((finest, is_full)) = made else {
                 return Ok(None);
             };
@@ -332,7 +405,7 @@ impl<'a> Jobs<'a> {
             if best.as_ref().is_none_or(|best| error < best.finest_error()) {
                 best = Some(tile);
             }
-            if is_full || self.plan.keeps_the_error(error) {
+            if is_full || self.plan.keeps_the_error(square.zoom, error) {
                 break;
             }
         }
@@ -343,7 +416,7 @@ impl<'a> Jobs<'a> {
     fn leaf_mesh(
         &self,
         build: &Build,
-        georeference: &GeoReference,
+        outline: Option<&BorderSource>,
         square: Square,
         reference: &Reference,
         sides: [&BorderCurve; 4],
@@ -354,7 +427,7 @@ impl<'a> Jobs<'a> {
             surface,
             strayed,
             is_full,
-        } = leaf::finest_surface(lattice, georeference, reference, square, sides, tolerance)?;
+        } = leaf::finest_surface(lattice, outline, reference, square, sides, tolerance)?;
         let surface = surface.in_memory_order();
         let (mesh, _) = surface.mesh();
         if mesh.triangles.is_empty() {
@@ -366,7 +439,7 @@ impl<'a> Jobs<'a> {
         let mut simplifier = Simplifier::new(surface, kinds, build.shape(), self.plan.quality);
         simplifier.thin(Allowance {
             vertical: tolerance,
-            outline: (self.plan.max_error - strayed).max(0.0),
+            outline: (self.plan.error_at(square.zoom) - strayed).max(0.0),
         });
         let outline_strayed = strayed + simplifier.outline_strayed();
         let mesh = simplifier.into_surface().in_memory_order().mesh().0;
@@ -383,6 +456,30 @@ impl<'a> Jobs<'a> {
     /// # Errors
     /// When samples cannot be read, or the children do not meet.
     pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Tile> {
+        self.over_blocks(square, cells, |reference, certifier| {
+            let largest = |value: fn(&Lineage) -> f32| {
+                let values = children.iter().map(|child| f64::from(value(&child.lineage)));
+                values.fold(0.0, f64::max)
+            };
+            let finest = Finest {
+                mesh: self.welded(children)?,
+                outline_strayed: largest(|lineage| lineage.outline_strayed),
+                error: Some(largest(|lineage| lineage.coarsest_measured)),
+            };
+            let curves = self.curves_around(square)?;
+            let sides = curves.each_ref().map(|curve| curve.as_ref());
+            let tolerance = self.plan.error_at(square.zoom);
+            self.build(certifier).node(square, reference, finest, sides, tolerance)
+        })
+    }
+
+    /// What is made of a square of some height, over each 2^height-th of its samples and the relief between them.
+    fn over_blocks<T>(
+        &self,
+        square: Square,
+        cells: [Range<usize>; 2],
+        make: impl FnOnce(&Reference, &Certifier) -> Result<T>,
+    ) -> Result<T> {
         let (view, georeference) = self.view(square, &cells);
         let certifier = Certifier::new(&georeference, &view, self.plan.bound);
         let outside = || format!("tile {} is outside the raster", square.address());
@@ -404,20 +501,7 @@ impl<'a> Jobs<'a> {
             Ground::Earth(&place),
             self.plan.bound,
         );
-        let largest = |value: fn(&Lineage) -> f32| {
-            let values = children.iter().map(|child| f64::from(value(&child.lineage)));
-            values.fold(0.0, f64::max)
-        };
-        let finest = Finest {
-            mesh: self.welded(children)?,
-            outline_strayed: largest(|lineage| lineage.outline_strayed),
-            error: Some(largest(|lineage| lineage.coarsest_measured)),
-        };
-        let curves = self.curves_around(square)?;
-        let sides = curves.each_ref().map(|curve| curve.as_ref());
-        let tolerance = self.plan.error_at(square.zoom);
-        self.build(&certifier)
-            .node(square, &reference, finest, sides, tolerance)
+        make(&reference, &certifier)
     }
 
     /// The coarsest meshes of a family as one, in the parent's coordinates.

@@ -9,8 +9,10 @@ use terrain_core::height_field::simplify::Quality;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 use terrain_tiles::metadata::OutsidePolicy;
 
+use super::depths::Depths;
 use crate::georeference::GeoReference;
 use crate::lattice::{Demand, Lattice, Square};
+use crate::samples::Raster;
 use crate::store::Name;
 use crate::tin::bound_name;
 
@@ -82,12 +84,21 @@ pub(crate) struct Plan {
     pub(crate) subtree_zoom: u8,
     /// West, south, east, north of the samples, degrees.
     pub(crate) bounds: [f64; 4],
-    /// Of all of this: other parameters make other tiles.
+    /// Which squares have no children.
+    pub(crate) depths: Depths,
+    /// Of all of this but the depths: other parameters make other tiles.
     pub(crate) name: Name,
 }
 
 impl Plan {
-    pub(crate) fn new(georeference: &GeoReference, size: [usize; 2], relief: Relief, options: &Options) -> Self {
+    /// For a raster as it is seen, of which these are the samples.
+    pub(crate) fn new(
+        raster: &dyn Raster,
+        georeference: &GeoReference,
+        size: [usize; 2],
+        relief: Relief,
+        options: &Options,
+    ) -> Self {
         let (cell, max_error) = cell_and_error(georeference, size, options);
         let lattice = lattice(cell, max_error, relief);
         let parameters = format!(
@@ -102,6 +113,7 @@ impl Plan {
             bound: options.bound,
             quality: options.quality,
             subtree_zoom: subtree_zoom(lattice.leaf_zoom, options.leaves_of_subtree),
+            depths: depths(raster, lattice.leaf_zoom, cell, max_error),
             bounds: georeference.geographic_bounds(),
             name: Name::of([parameters.as_bytes()]),
         }
@@ -112,12 +124,12 @@ impl Plan {
         (self.max_error * f64::from(self.lattice.leaf_zoom - zoom).exp2()).min(MOST_ERROR)
     }
 
-    /// Whether a leaf's error is what was asked for, but for the rounding of claims.
-    pub(crate) fn keeps_the_error(&self, error: f64) -> bool {
-        error <= self.max_error * (1.0 + 1e-6)
+    /// Whether the error of a leaf of such a zoom is what was asked for, but for the rounding of claims.
+    pub(crate) fn keeps_the_error(&self, zoom: u8, error: f64) -> bool {
+        error <= self.error_at(zoom) * (1.0 + 1e-6)
     }
 
-    /// Zooms that a square is above the leaves.
+    /// Zooms that a square is above the deepest leaves.
     pub(crate) fn height(&self, square: Square) -> u8 {
         self.lattice.leaf_zoom - square.zoom
     }
@@ -132,18 +144,22 @@ impl Plan {
     }
 }
 
-/// The squares in which subtrees may begin that are finished as one piece, of samples in such rectangles of longitudes and
-/// latitudes. No sample need be read for it.
-pub(crate) fn subtrees(
-    georeference: &GeoReference,
-    size: [usize; 2],
-    options: &Options,
-    rectangles: &[[f64; 4]],
-) -> Vec<Square> {
-    let (cell, max_error) = cell_and_error(georeference, size, options);
-    let zoom = subtree_zoom(leaf_zoom(cell, max_error), options.leaves_of_subtree);
+/// The squares in which subtrees may begin that are finished as one piece, of a raster as it is seen, whose samples are in such
+/// rectangles of longitudes and latitudes. No sample need be read for it.
+pub(crate) fn subtrees(raster: &dyn Raster, options: &Options, rectangles: &[[f64; 4]]) -> Vec<Square> {
+    let (cell, max_error) = cell_and_error(raster.georeference(), raster.size(), options);
+    let leaf_zoom = leaf_zoom(cell, max_error);
+    let zoom = subtree_zoom(leaf_zoom, options.leaves_of_subtree);
+    let depths = depths(raster, leaf_zoom, cell, max_error);
     let squares = rectangles.iter().flat_map(|&rectangle| squares_over(rectangle, zoom));
-    squares.collect::<BTreeSet<Square>>().into_iter().collect()
+    let reached = squares.filter(|&square| depths.is_reached(square));
+    reached.collect::<BTreeSet<Square>>().into_iter().collect()
+}
+
+/// A raster of coarser cells than `cell` metres errs by no more than was asked, or by what suits its cells if that is more.
+fn depths(raster: &dyn Raster, leaf_zoom: u8, cell: f64, max_error: f64) -> Depths {
+    let doublings = |coarseness: f64| (default_error(cell * coarseness) / max_error).log2();
+    Depths::new(raster, leaf_zoom, doublings)
 }
 
 /// All squares of a zoom that meet a rectangle of longitudes and latitudes; those that only touch it, too.

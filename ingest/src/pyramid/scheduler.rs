@@ -31,9 +31,9 @@ pub(crate) struct Scheduler<'a> {
 impl Scheduler<'_> {
     /// Leaves that may have samples, to tell how long the work is.
     pub(crate) fn count_leaves(&self, square: Square) -> u64 {
-        match self.cells(square) {
+        match self.jobs.cells_with_samples(square) {
             None => 0,
-            Some(_) if self.jobs.plan.height(square) == 0 => 1,
+            Some(_) if self.jobs.plan.depths.is_leaf(square) => 1,
             Some(_) => square
                 .children()
                 .into_iter()
@@ -47,7 +47,7 @@ impl Scheduler<'_> {
     /// # Errors
     /// When samples cannot be read, or the store cannot be written.
     pub(crate) fn tiles(&self, square: Square) -> Result<Vec<TileRecord>> {
-        let Some(cells) = self.cells(square) else {
+        let Some(cells) = self.jobs.cells_with_samples(square) else {
             return Ok(Vec::new());
         };
         if square.zoom != self.jobs.plan.subtree_zoom {
@@ -65,14 +65,14 @@ impl Scheduler<'_> {
 
     /// Whether a subtree is finished.
     pub(crate) fn has_subtree(&self, square: Square) -> Result<bool> {
-        match self.cells(square) {
+        match self.jobs.cells_with_samples(square) {
             Some(cells) => self.tiles.has_subtree(square, self.subtree_name(square, &cells)),
             None => Ok(true),
         }
     }
 
     fn tile_and_below(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Vec<TileRecord>> {
-        let is_leaf = self.jobs.plan.height(square) == 0;
+        let is_leaf = self.jobs.plan.depths.is_leaf(square);
         let (mut all, mut children) = (Vec::new(), Vec::new());
         if !is_leaf {
             let below = square.children().into_par_iter().map(|child| self.tiles(child));
@@ -137,7 +137,12 @@ impl Scheduler<'_> {
 
     /// Everything that a subtree is made from.
     fn subtree_name(&self, square: Square, cells: &[Range<usize>; 2]) -> Name {
-        self.named(square, cells, &[&self.names_of_chunks(square, cells)])
+        let depths = self.jobs.plan.depths.fingerprint(square);
+        self.named(
+            square,
+            cells,
+            &[&self.names_of_chunks(square, cells), depths.as_bytes()],
+        )
     }
 
     /// The name of what is made for a square by the plan, of such parts. How far samples reach, and up to which level there are
@@ -161,13 +166,5 @@ impl Scheduler<'_> {
             .map(|range| range.start.saturating_sub(step)..range.end + step);
         let chunks = self.jobs.raster.chunks_over(level, &columns, &rows);
         chunks.into_iter().flat_map(|(_, name)| name.bytes()).collect()
-    }
-
-    /// The samples under a square, if it has any.
-    fn cells(&self, square: Square) -> Option<[Range<usize>; 2]> {
-        let cells = self.jobs.cells(square)?;
-        let level = self.jobs.plan.height(square).min(self.jobs.raster.top());
-        let has_samples = !self.jobs.raster.chunks_over(level, &cells[0], &cells[1]).is_empty();
-        has_samples.then_some(cells)
     }
 }

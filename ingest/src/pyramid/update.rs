@@ -109,7 +109,7 @@ impl Update {
             .map(|record| record.square.address())
             .collect();
         let count = |is_of: &dyn Fn(&TileRecord) -> bool| records.iter().filter(|record| is_of(record)).count();
-        let is_leaf = |record: &TileRecord| plan.height(record.square) == 0;
+        let is_leaf = |record: &TileRecord| plan.depths.is_leaf(record.square);
         let is_new = |record: &TileRecord| !before.contains(&record.square.address());
         let is_above = |record: &TileRecord| {
             let below = record.square.children().map(|child| child.address());

@@ -24,6 +24,7 @@ pub struct RasterRecord {
     pub(super) origin: [i64; 2],
     pub(super) size: [usize; 2],
     pub(super) extents: Vec<[Range<usize>; 2]>,
+    pub(super) coarseness: Vec<f64>,
     pub(super) block_rows: usize,
     pub(crate) provenance: Provenance,
     pub(super) stamps: Vec<String>,
@@ -71,6 +72,10 @@ impl Raster for RecordedRaster {
 
     fn extents(&self) -> Vec<[Range<usize>; 2]> {
         self.record.extents.clone()
+    }
+
+    fn coarseness(&self) -> Vec<f64> {
+        self.record.coarseness.clone()
     }
 
     fn block_rows(&self) -> usize {

@@ -10,6 +10,7 @@ use terrain_tiles::address::TileAddress;
 use super::deviation::visit_posts;
 use super::drawing::{no_surface, unsound};
 use super::drawn::{Level, drawings, earth, levels};
+use super::extent::is_leaf;
 use super::source::{Block, Source};
 use super::space::{Earth, Space};
 use super::tiles::Tiles;
@@ -49,6 +50,13 @@ impl<'a> Beside<'a> {
 
     pub(super) fn exists(&self, address: TileAddress) -> bool {
         self.exist.contains(&address)
+    }
+
+    /// Whether a tile is below one that has no children, which stands for all below it.
+    pub(super) fn is_below_leaf(&self, address: TileAddress) -> bool {
+        let above = std::iter::successors(address.parent(), |above| above.parent());
+        let nearest = above.into_iter().find(|above| self.exists(*above));
+        nearest.is_some_and(|nearest| is_leaf(self.exist, nearest))
     }
 
     /// Whether a tile that exists is as near to a post as it claims, at all levels with coarse or with fine sides.

@@ -31,8 +31,14 @@ pub(super) fn check_metadata(
     }
     for ((zoom, found), &outline) in metadata.zooms.iter().zip(found).zip(coarsest_outlines) {
         let what = |name: &str| Violation::new(format!("metadata: {name} of zoom {}", zoom.zoom));
+        let leaves = || {
+            exist
+                .iter()
+                .filter(|tile| tile.zoom == zoom.zoom && is_leaf(exist, **tile))
+        };
         let counts = [
             ("tiles", zoom.tiles, found.tiles),
+            ("leaves", zoom.leaves, leaves().count()),
             ("triangles", zoom.triangles, found.triangles),
         ];
         for (name, claimed, counted) in counts {
@@ -42,6 +48,7 @@ pub(super) fn check_metadata(
         }
         let errors = [
             ("finest error", zoom.finest_error, found.claimed_finest),
+            ("leaves' error", zoom.leaf_error, found.claimed_leaves),
             ("coarsest error", zoom.coarsest_error, found.claimed_coarsest),
             ("outline error", zoom.outline_error, outline),
         ];
@@ -55,6 +62,11 @@ pub(super) fn check_metadata(
         }
     }
     violations
+}
+
+/// Whether no tile is below one.
+pub(super) fn is_leaf(exist: &BTreeSet<TileAddress>, tile: TileAddress) -> bool {
+    !tile.children().iter().any(|child| exist.contains(child))
 }
 
 fn available(zoom: &Zoom) -> BTreeSet<TileAddress> {
@@ -144,7 +156,10 @@ fn missing_in(source: &Source, block: &Block, mut beside: Beside, reach: &[f64])
         }
         for (zoom, &reach) in (0..).zip(reach) {
             let Some(tile) = tile_at(place, zoom) else { continue };
-            if !beside.exists(tile) && !is_kept(&mut beside, post, nearby(place, zoom, reach))? {
+            if beside.exists(tile) || beside.is_below_leaf(tile) {
+                continue;
+            }
+            if !is_kept(&mut beside, post, nearby(place, zoom, reach))? {
                 missing.entry(tile).or_insert((0, place)).0 += 1;
             }
         }

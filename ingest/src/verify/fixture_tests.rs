@@ -264,6 +264,8 @@ fn metadata(tiles: &BTreeMap<TileAddress, Tile>) -> Metadata {
             tiles: of_zoom().count(),
             triangles: of_zoom().map(|tile| tile.partition.triangles.len()).sum(),
             finest_error: CLAIMED,
+            leaves: if zoom == 1 { of_zoom().count() } else { 0 },
+            leaf_error: if zoom == 1 { CLAIMED } else { 0.0 },
             coarsest_error: CLAIMED,
             outline_error: 1.0,
             available: vec![available],

@@ -7,6 +7,7 @@
 //! the worst of all blocks against the claims
 //! ```
 
+use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
 use anyhow::Result;
@@ -214,6 +215,10 @@ impl TileCheck<'_> {
         let ours: Vec<bool> = block.posts().map(is_ours).collect();
         let mut near = self.measure.outline.near();
         let mut beside = Beside::new(*source, self.measure.tiles, self.measure.exist);
+        let on_ellipsoid = LazyCell::new(|| {
+            let place = |(column, row): (usize, usize)| source.on_ellipsoid(DVec2::new(column as f64, row as f64));
+            block.posts().map(place).collect::<Vec<DVec3>>()
+        });
         let of_level = |level: &Level| {
             let Level { surface, outline, .. } = level;
             let covered = self.cover(&patch, &verticals, surface);
@@ -228,7 +233,12 @@ impl TileCheck<'_> {
             };
             Ok(Figures {
                 vertical: covered.worst.max(along),
-                left_out: self.left_out(level, &left_out, &mut beside)?,
+                left_out: if left_out.is_empty() {
+                    Worst::default()
+                } else {
+                    let place = |post: (usize, usize)| on_ellipsoid[block.index(post.0, post.1)];
+                    self.left_out(level, left_out, place, &mut beside)?
+                },
                 excess: outline.excess(source, &patch, region, &covered.voids, &mut near)?,
             })
         };
@@ -237,12 +247,53 @@ impl TileCheck<'_> {
 
     /// Plan distance of the farthest of `posts`, which no triangle covers, from the mesh; but those that a tile around this one
     /// is as near to as it claims.
-    fn left_out(&self, level: &Level, posts: &[(usize, usize)], beside: &mut Beside) -> Result<Worst> {
-        let claim = self.tile.outline_errors[level.claims];
+    ///
+    /// No post is farther than one in the middle by more than it is from that: many are told from a few.
+    fn left_out(
+        &self,
+        level: &Level,
+        posts: Vec<(usize, usize)>,
+        on_ellipsoid: impl Fn((usize, usize)) -> DVec3,
+        beside: &mut Beside,
+    ) -> Result<Worst> {
+        /// So many are looked at one by one, and no bound is asked of more than these.
+        const FEW: usize = 8;
+        const MANY: usize = 4096;
+        let distance = |post| level.outline.distance(&self.earth, &level.surface, post);
         let mut worst = Worst::default();
+        let mut waiting = vec![posts];
+        while let Some(posts) = waiting.pop() {
+            if posts.len() <= FEW {
+                self.farthest(level, &posts, distance, beside, &mut worst)?;
+                continue;
+            }
+            let middle = posts[posts.len() / 2];
+            let at = on_ellipsoid(middle);
+            let reach = || {
+                posts
+                    .iter()
+                    .map(|&post| on_ellipsoid(post).distance(at))
+                    .fold(0.0, f64::max)
+            };
+            if posts.len() > MANY || distance(middle) + reach() > worst.figure {
+                waiting.extend(halves(posts));
+            }
+        }
+        Ok(worst)
+    }
+
+    fn farthest(
+        &self,
+        level: &Level,
+        posts: &[(usize, usize)],
+        distance: impl Fn((usize, usize)) -> f64,
+        beside: &mut Beside,
+        worst: &mut Worst,
+    ) -> Result<()> {
+        let claim = self.tile.outline_errors[level.claims];
         for &post in posts {
             let place = DVec2::new(post.0 as f64, post.1 as f64);
-            let distance = level.outline.distance(&self.earth, &level.surface, post);
+            let distance = distance(post);
             let is_beyond = distance > claim + outline_slack(&self.measure.source, place);
             let mut kept = false;
             for &other in self.around.iter().filter(|_| is_beyond) {
@@ -252,7 +303,7 @@ impl TileCheck<'_> {
                 worst.meet(distance, place);
             }
         }
-        Ok(worst)
+        Ok(())
     }
 
     /// Which posts the triangles cover, and the worst deviation at them.
@@ -355,4 +406,19 @@ struct Covered {
     /// Places without a height.
     voids: Vec<DVec2>,
     worst: Worst,
+}
+/// Posts on both sides of a line across the longer way through them.
+fn halves(mut posts: Vec<(usize, usize)>) -> [Vec<(usize, usize)>; 2] {
+    let range = |of: fn(&(usize, usize)) -> usize| {
+        let (first, last) = posts.iter().map(of).fold((usize::MAX, 0), |(first, last), index| {
+            (first.min(index), last.max(index))
+        });
+        last.saturating_sub(first)
+    };
+    let is_wide = range(|post| post.0) > range(|post| post.1);
+    let key = |post: &(usize, usize)| if is_wide { post.0 } else { post.1 };
+    let middle = posts.len() / 2;
+    posts.select_nth_unstable_by_key(middle, key);
+    let other = posts.split_off(middle);
+    [posts, other]
 }

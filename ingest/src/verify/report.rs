@@ -95,6 +95,8 @@ pub struct ZoomReport {
     pub triangles: usize,
     /// Largest claim for a finest surface.
     pub claimed_finest: f64,
+    /// Largest claim for a finest surface of a leaf.
+    pub claimed_leaves: f64,
     /// Largest deviation of a finest surface.
     pub measured_finest: f64,
     /// Largest claim for a coarsest surface.

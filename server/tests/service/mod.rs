@@ -58,6 +58,8 @@ pub(crate) fn metadata() -> Metadata {
         tiles: 1,
         triangles: 2,
         finest_error: 1.0,
+        leaves: 0,
+        leaf_error: 0.0,
         coarsest_error: 1.0,
         outline_error: 0.0,
         available: vec![available],

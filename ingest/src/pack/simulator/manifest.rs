@@ -151,7 +151,7 @@ impl Manifest {
                 largest_tilt_degrees: frame.tilt.to_degrees(),
             },
             surface: Surface {
-                zoom: pieces.records.first().map_or(0, |record| record.address.zoom),
+                zoom: pieces.records.last().map_or(0, |record| record.address.zoom),
                 certified_error: certified,
                 bound: metadata.bound.clone(),
                 steepest,

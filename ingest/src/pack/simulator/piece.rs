@@ -1,8 +1,8 @@
-//! A tile's finest surface in a local frame.
+//! A tile's surface in a local frame.
 
 use glam::{DVec2, DVec3};
 use terrain_tiles::ellipsoid::Geodetic;
-use terrain_tiles::tile::Tile;
+use terrain_tiles::tile::{Detail, Tile};
 
 use super::frame::Frame;
 
@@ -21,8 +21,8 @@ pub(super) struct Bounds {
 }
 
 impl Piece {
-    pub(super) fn of(tile: &Tile, frame: &Frame) -> Self {
-        let mesh = tile.surface(tile.finest());
+    pub(super) fn of(tile: &Tile, detail: Detail, frame: &Frame) -> Self {
+        let mesh = tile.surface(detail);
         let place = |&position: &DVec3| frame.rounded(frame.local(west_of_antimeridian(tile.geodetic(position))));
         Self {
             positions: mesh.positions.iter().map(place).collect(),

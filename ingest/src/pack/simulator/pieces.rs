@@ -1,13 +1,14 @@
-//! Tiles of one zoom in a local frame, one by one from the archive; and each as meshes to collide with.
+//! Tiles in a local frame, each place in one of them, one by one from the archive; and each as meshes to collide with.
 
 use std::io::Write;
 
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use rayon::prelude::*;
-use terrain_tiles::address::TileAddress;
+use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::{gltf, obj};
+use terrain_tiles::tile::{Detail, Tile};
 
 use super::super::folder::Folder;
 use super::super::stored;
@@ -56,7 +57,8 @@ impl<'a> Pieces<'a> {
     }
 
     pub(super) fn read(&self, address: TileAddress) -> anyhow::Result<Piece> {
-        Ok(Piece::of(&stored::tile(self.archive, address)?, self.frame))
+        let tile = stored::tile(self.archive, address)?;
+        Ok(Piece::of(&tile, detail(self.archive, &tile), self.frame))
     }
 
     pub(super) fn greatest(&self, number: impl Fn(&Record) -> f64) -> f64 {
@@ -66,7 +68,8 @@ impl<'a> Pieces<'a> {
 
 fn write(archive: &Reader, address: TileAddress, frame: &Frame, folder: &Folder) -> anyhow::Result<Record> {
     let tile = stored::tile(archive, address)?;
-    let piece = Piece::of(&tile, frame);
+    let detail = detail(archive, &tile);
+    let piece = Piece::of(&tile, detail, frame);
     let bounds = piece.bounds().with_context(|| format!("tile {address} is empty"))?;
     let offset = frame.rounded(bounds.low.midpoint(bounds.high));
     let positions = about(&piece.positions, offset).with_context(|| format!("tile {address}"))?;
@@ -90,13 +93,26 @@ fn write(archive: &Reader, address: TileAddress, frame: &Frame, folder: &Folder)
     Ok(Record {
         address,
         path,
-        error: tile.finest_error(),
+        error: tile.error(detail),
         bounds,
         offset,
         vertices: piece.positions.len(),
         triangles: piece.triangles.len(),
         steepest: piece.steepest(frame),
     })
+}
+
+/// The finest surface that meets those around: beside a leaf of the zoom above, the side is as coarse as the leaf's.
+fn detail(archive: &Reader, tile: &Tile) -> Detail {
+    let is_fine = |side: Side| {
+        let across = tile.address.neighbour(side);
+        let standing = across.and_then(|across| archive.standing_for(across));
+        standing.is_none_or(|standing| standing.zoom == tile.address.zoom)
+    };
+    Detail {
+        fine_sides: Side::ALL.map(is_fine),
+        ..tile.finest()
+    }
 }
 
 /// Positions from `offset`, in single precision, which has to hold them.
