@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 use terrain_core::Surface;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::refine::{Frame, Refinement, refine};
-use terrain_core::height_field::triangulate::{Outline, stepped, triangulate_beside};
+use terrain_core::height_field::triangulate::{Outline, Triangulated, stepped, triangulate_beside};
 use terrain_core::mesh;
 use terrain_tiles::address::Side;
 
@@ -98,10 +98,10 @@ pub(crate) fn finest_surface<'a>(
     builder.add_sides();
     builder.add_raster_outline();
     builder.add_inner_lines();
-    let mut mesh = triangulate_beside(&builder.outline, &builder.boundary)
+    let Triangulated { mut mesh, breaklines } = triangulate_beside(&builder.outline, &builder.boundary)
         .with_context(|| format!("tile {}", square.address()))?;
     mesh::separate_fans(&mut mesh, |_| false);
-    let mut surface = Surface::new(&mesh, reference);
+    let mut surface = Surface::new(&mesh, reference).with_breaklines(&breaklines);
     let most_vertices = VERTICES_A_SAMPLE * reference.heights.columns * reference.heights.rows;
     let refinement = Refinement {
         tolerance,

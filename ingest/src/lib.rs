@@ -1,6 +1,7 @@
 //! From elevation rasters to an archive of progressive terrain tiles: reading, positions on the Earth, and the build.
 
 mod border;
+mod breaklines;
 mod certify;
 mod chunk_view;
 mod chunks;

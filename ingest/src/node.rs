@@ -88,6 +88,7 @@ impl Build<'_> {
             simplifier.simplify(Allowance {
                 vertical: error * MODEL_SHARE,
                 outline,
+                breaklines: 0.0,
             });
             strays.push(simplifier.outline_strayed());
         }

@@ -1,7 +1,7 @@
 //! Commands that measure what was made, or tell what it says of itself.
 
 use std::fmt::{self, Display};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
     let memory = memory(&arguments.run);
-    let overrides = overrides_of(&arguments.subject, arguments.raster)?;
+    let overrides = overrides_of(&arguments.subject, arguments.raster, arguments.breaklines)?;
     let rasters = open(&arguments.dems, overrides, &progress)?;
     let work = tempfile::tempdir()
         .context("a folder for samples")
@@ -57,13 +57,13 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
 }
 
 /// The same for an archive to verify, which says how its rasters were read.
-fn overrides_of(subject: &Path, raster: RasterArgs) -> Result<Overrides, Failure> {
+fn overrides_of(subject: &Path, raster: RasterArgs, breaklines: Option<PathBuf>) -> Result<Overrides, Failure> {
     if has_extension(subject, &["ply", "obj"]) {
-        return Ok(overrides(raster, HeightsAbove::Source));
+        return Ok(overrides(raster, breaklines, HeightsAbove::Source));
     }
     let archive = Reader::open(subject).map_err(|error| Failure::Input(error.into()))?;
     let asked = archive.metadata().asked.clone();
-    let said = overrides(raster, asked.vertical.heights);
+    let said = overrides(raster, breaklines, asked.vertical.heights);
     Ok(Overrides {
         crs: said.crs.or(asked.crs),
         bounds: said.bounds.or(asked.bounds),

@@ -367,6 +367,7 @@ impl<'a> Jobs<'a> {
         simplifier.thin(Allowance {
             vertical: tolerance,
             outline: (self.plan.max_error - strayed).max(0.0),
+            breaklines: 0.0,
         });
         let outline_strayed = strayed + simplifier.outline_strayed();
         let mesh = simplifier.into_surface().in_memory_order().mesh().0;
