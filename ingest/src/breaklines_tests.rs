@@ -10,15 +10,24 @@ fn steps_in_a_rectangle_are_those_of_the_whole_segment() {
     let within = |at: DVec2| at.clamp(DVec2::new(10.0, 3.0), DVec2::new(20.0, 9.0)) == at;
     let part = steps(segment, [DVec2::new(10.0, 3.0), DVec2::new(20.0, 9.0)]);
     assert!(part.iter().all(|step| whole.contains(step)));
-    let inside: Vec<&GridStep> = whole.iter().filter(|step| step.iter().any(|&end| within(end))).collect();
+    let inside: Vec<&GridStep> = whole
+        .iter()
+        .filter(|step| step.iter().any(|&end| within(end)))
+        .collect();
     assert!(inside.len() > 10 && inside.into_iter().all(|step| part.contains(step)));
 }
 
 #[test]
 fn a_step_ends_at_each_grid_line_and_nowhere_else() {
-    let found = steps([DVec2::new(0.5, 0.5), DVec2::new(2.5, 1.5)], [DVec2::ZERO, DVec2::splat(4.0)]);
+    let found = steps(
+        [DVec2::new(0.5, 0.5), DVec2::new(2.5, 1.5)],
+        [DVec2::ZERO, DVec2::splat(4.0)],
+    );
     let ends: Vec<DVec2> = found.iter().map(|step| step[1]).collect();
-    assert_eq!(ends, [(1.0, 0.75), (1.5, 1.0), (2.0, 1.25), (2.5, 1.5)].map(DVec2::from));
+    assert_eq!(
+        ends,
+        [(1.0, 0.75), (1.5, 1.0), (2.0, 1.25), (2.5, 1.5)].map(DVec2::from)
+    );
 }
 
 #[test]

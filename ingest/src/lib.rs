@@ -27,6 +27,7 @@ mod raster_outline;
 pub mod samples;
 pub mod store;
 pub mod stored_raster;
+mod strips;
 pub mod tin;
 pub mod verify;
 mod whole_raster;

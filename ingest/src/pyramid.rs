@@ -235,7 +235,7 @@ impl<'a> Build<'a> {
         let (georeference, size) = stored.of_samples();
         let plan = Plan::new(&georeference, size, relief, self.options);
         Ok(Scheduler {
-            jobs: Jobs::new(plan, stored),
+            jobs: Jobs::new(plan, stored, &self.raster.provenance().breaklines),
             tiles: FinishedTiles {
                 store: self.store,
                 archive: self.earlier,

@@ -95,7 +95,9 @@ fn with_breaklines(outline: Outline, reference: &Reference, steps: &[GridStep]) 
     let (bounds, lines) = ways.split_at(outline.segments.len());
     let mut edges = |ways: &[Vec<Place>]| -> BTreeSet<[u32; 2]> {
         let pairs = ways.iter().flat_map(|way| way.windows(2));
-        pairs.map(|pair| [pair[0].min(pair[1]), pair[0].max(pair[1])].map(&mut number)).collect()
+        pairs
+            .map(|pair| [pair[0].min(pair[1]), pair[0].max(pair[1])].map(&mut number))
+            .collect()
     };
     let (bounds, lines) = (edges(bounds), edges(lines));
     joined.breaklines = lines.difference(&bounds).copied().collect();

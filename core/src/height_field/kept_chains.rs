@@ -112,7 +112,13 @@ impl KeptChains {
             walked.insert(ordered([before, at]));
             self.pass(surface, at);
             let onwards = match joined[&at].as_slice() {
-                &[a, b] if at != origin => if a == before { b } else { a },
+                &[a, b] if at != origin => {
+                    if a == before {
+                        b
+                    } else {
+                        a
+                    }
+                }
                 _ => break,
             };
             (before, at) = (at, onwards);

@@ -203,7 +203,8 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
     /// the place itself, since that is where the surface bends. Where vertices are there already it does so along edges that stray,
     /// and at last on the edges themselves.
     fn mend(&mut self, triangle: u32, worst: DVec2) -> bool {
-        if self.split_breakline(triangle) || self.insert_at(triangle, worst.round()) || self.insert_at(triangle, worst) {
+        if self.split_breakline(triangle) || self.insert_at(triangle, worst.round()) || self.insert_at(triangle, worst)
+        {
             return true;
         }
         let tolerance = self.refinement.tolerance;
@@ -340,7 +341,10 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         let Some(height) = reference.heights.height_near(reference.plan.grid(plan)) else {
             return false;
         };
-        let ends = [self.surface.connectivity.origin(edge), self.surface.connectivity.end(edge)];
+        let ends = [
+            self.surface.connectivity.origin(edge),
+            self.surface.connectivity.end(edge),
+        ];
         let vertex = self.surface.connectivity.split_edge(edge);
         self.surface.push(plan, stepped(height, self.refinement.height_step));
         if self.surface.breaklines.remove(&ordered(ends)) {

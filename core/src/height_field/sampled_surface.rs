@@ -167,7 +167,9 @@ impl<'a> SampledSurface<'a> {
         if !may_be_passed || self.breaklines.visits(edge.blue) == 0 {
             return 0.0;
         }
-        let strays = self.breaklines.strays(self.surface.reference.ground, edge.blue, edge.red);
+        let strays = self
+            .breaklines
+            .strays(self.surface.reference.ground, edge.blue, edge.red);
         strays.metres
     }
 

@@ -123,7 +123,11 @@ fn refined_and_simplified_surfaces_stay_inside_the_volume_at_every_level() {
         );
         let mut simplifier = simplifier(surface, Quality::Default);
         for vertical in [2.0, 4.0, 8.0] {
-            simplifier.simplify(Allowance { vertical, outline: 0.0, breaklines: 0.0 });
+            simplifier.simplify(Allowance {
+                vertical,
+                outline: 0.0,
+                breaklines: 0.0,
+            });
         }
         let partition = SurfacePartition::from_log(&fine, simplifier.log(), 2.0).unwrap();
         partition::validate(&partition).unwrap();
@@ -362,7 +366,11 @@ fn holes_within_what_the_outline_may_stray_are_closed_and_no_others() {
             let mut simplifier = simplifier(Surface::new(&fine, &reference), quality);
             // A cell is 30 m wide: the middle of a hole of one void is so far from its edge, that of the large one 60 m.
             for (vertical, outline) in [(2.0, 29.0), (4.0, 45.0), (8.0, 45.0), (1000.0, 45.0)] {
-                simplifier.simplify(Allowance { vertical, outline, breaklines: 0.0 });
+                simplifier.simplify(Allowance {
+                    vertical,
+                    outline,
+                    breaklines: 0.0,
+                });
                 assert!(simplifier.outline_strayed() <= outline);
             }
             let log = simplifier.log().clone();

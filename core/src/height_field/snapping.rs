@@ -66,7 +66,11 @@ fn binned(things: impl Iterator<Item = impl Iterator<Item = Place>>) -> HashMap<
 fn crossing([p, q]: [Place; 2], [r, s]: [Place; 2]) -> Option<Place> {
     let (along, other, apart) = (way_between(p, q), way_between(r, s), way_between(p, r));
     let (turn, here, there) = (perp(along, other), perp(apart, other), perp(apart, along));
-    let (turn, here, there) = if turn < 0 { (-turn, -here, -there) } else { (turn, here, there) };
+    let (turn, here, there) = if turn < 0 {
+        (-turn, -here, -there)
+    } else {
+        (turn, here, there)
+    };
     let is_between = |share: i128| 0 < share && share < turn;
     (is_between(here) && is_between(there)).then(|| {
         [0, 1].map(|axis| {

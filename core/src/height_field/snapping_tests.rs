@@ -48,7 +48,10 @@ fn snapped_lines_meet_at_their_vertices_only_and_stay_near() {
         for (segment, way) in segments.iter().zip(&ways) {
             assert_eq!([way[0], way[way.len() - 1]], *segment, "seed {seed}");
             for &place in way {
-                assert!(distance(place, *segment) < 0.708, "seed {seed}: {place:?} of {segment:?}");
+                assert!(
+                    distance(place, *segment) < 0.708,
+                    "seed {seed}: {place:?} of {segment:?}"
+                );
             }
         }
         let pieces: Vec<[Place; 2]> = pieces(&ways).into_iter().collect();

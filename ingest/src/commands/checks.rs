@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_ingest::globe::Seen;
-use terrain_ingest::samples::Overrides;
+use terrain_ingest::samples::{Overrides, Raster};
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
+use terrain_ingest::verify::Source;
 use terrain_ingest::{curved_model, polygonal_model, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::{HeightsAbove, Metadata, Vertical};
@@ -40,16 +41,21 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         TakeError::Store(error) => Failure::Other(error),
     })?;
     let (json, subject) = (arguments.run.json, &arguments.subject);
+    let breaklines = rasters.provenance().breaklines;
+    let source = Source {
+        breaklines: &breaklines,
+        ..stored.source()
+    };
     let holds = if is_mesh {
         let claim = arguments.max_error.map(|error| verify::Claim {
             error,
             bound: bound_name(arguments.bound).to_owned(),
         });
-        let report = verify::mesh(subject, stored.source(), claim, memory).map_err(Failure::Input)?;
+        let report = verify::mesh(subject, source, claim, memory).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     } else {
-        let report = verify::archive(subject, stored.source(), memory, &progress).map_err(Failure::Input)?;
+        let report = verify::archive(subject, source, memory, &progress).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     };

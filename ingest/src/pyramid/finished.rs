@@ -107,6 +107,7 @@ impl FinishedTiles<'_> {
         Ok(Child {
             square: record.square,
             coarsest: tile.surface(tile.coarsest()),
+            breaklines: tile.breaklines,
             lineage: tile.lineage,
         })
     }
