@@ -90,7 +90,11 @@ fn log_of_terrain() -> (Mesh, CollapseLog) {
         let (mesh, _) = simplifier.surface().mesh();
         for rung in 0..7 {
             let vertical = 5.0 * (f64::from(rung) / 2.0).exp2();
-            simplifier.simplify(Allowance { vertical, outline: 0.0 });
+            simplifier.simplify(Allowance {
+                vertical,
+                outline: 0.0,
+                breaklines: 0.0,
+            });
         }
         (mesh, simplifier.log().clone())
     })

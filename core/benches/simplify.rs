@@ -85,7 +85,11 @@ fn laddered<T>(
         let mut rungs = Vec::new();
         for &vertical in errors {
             let before = simplifier.rounds();
-            simplifier.simplify(Allowance { vertical, outline: 0.0 });
+            simplifier.simplify(Allowance {
+                vertical,
+                outline: 0.0,
+                breaklines: 0.0,
+            });
             let triangles = simplifier.surface().triangle_count();
             rungs.push(then(vertical, triangles, simplifier.rounds() - before));
         }

@@ -7,8 +7,8 @@
 //! every side:   coarse ← fewest of `fine` within twice that tolerance, measured against all breakpoints
 //! parent side:  its halves' curves in a row; fine ← what its halves call coarse
 //! ```
-//! A side is cut into runs where the raster's outline meets it; the ends of runs are kept for ever, and so is a vertex one
-//! strip's width from each end of the side.
+//! A side is cut into runs where the raster's outline meets it; the ends of runs are kept for ever, and so are a vertex one
+//! strip's width from each end of the side, and those at which breaklines leave it.
 
 use glam::DVec2;
 use terrain_core::height_field::chain::fewest_vertices;
@@ -18,6 +18,7 @@ use terrain_tiles::ellipsoid::MEAN_RADIUS;
 
 use crate::lattice::{Edge, Lattice, STRIP};
 use crate::raster_outline::{BorderSource, crossing, is_bounded};
+use crate::strips::{out_of_strips, stops};
 
 /// Places beside a side that may tell whether there is surface.
 const PLACES_ACROSS: i32 = 12;
@@ -37,6 +38,8 @@ pub(crate) struct Run {
     pub(crate) has_surface: [bool; 2],
     /// All breakpoints: global lattice coordinate along the side, and height.
     points: Vec<(i64, f64)>,
+    /// Where breaklines leave the side, growing.
+    stops: Vec<i64>,
     /// Indices of the vertices of this zoom, and of the parent's.
     fine: Vec<usize>,
     coarse: Vec<usize>,
@@ -63,7 +66,11 @@ impl BorderCurve {
     pub(crate) fn of_leaf(source: &BorderSource, edge: Edge, tolerance: f64) -> Self {
         let length = source.lattice.extent(edge.zoom);
         let start = edge.along * length;
-        let breakpoints = source.breakpoints(edge);
+        let stops = source.stops(edge);
+        let mut breakpoints = source.breakpoints(edge);
+        breakpoints.extend(&stops);
+        breakpoints.sort_unstable();
+        breakpoints.dedup();
         let mut runs = source.stretches(edge);
         for (run, [first, last]) in &mut runs {
             let between = breakpoints
@@ -72,6 +79,11 @@ impl BorderCurve {
                 .filter(|along| (*first + 1..*last).contains(along));
             let all = [*first].into_iter().chain(between).chain([*last]);
             run.points = all.map(|along| source.point(edge, along)).collect();
+            run.stops = stops
+                .iter()
+                .copied()
+                .filter(|along| (*first..=*last).contains(along))
+                .collect();
         }
         let mut runs: Vec<Run> = runs.into_iter().map(|(run, _)| run).collect();
         for run in &mut runs {
@@ -95,6 +107,7 @@ impl BorderCurve {
                 {
                     let offset = last.points.len() - 1;
                     last.points.extend(&run.points[1..]);
+                    last.stops.extend(&run.stops);
                     last.fine.extend(run.coarse[1..].iter().map(|index| index + offset));
                 }
                 _ => runs.push(Run {
@@ -153,6 +166,7 @@ impl BorderSource<'_> {
             let run = Run {
                 has_surface: [false, true].map(|positive| self.is_surface(edge, &steps, along, positive)),
                 points: Vec::new(),
+                stops: Vec::new(),
                 fine: Vec::new(),
                 coarse: Vec::new(),
             };
@@ -211,6 +225,15 @@ impl BorderSource<'_> {
         found
     }
 
+    /// Where breaklines leave a side or end on it, or turn.
+    fn stops(&self, edge: Edge) -> Vec<i64> {
+        let length = self.lattice.extent(edge.zoom);
+        let ends = [0, length].map(|along| global(self.lattice, edge, (edge.along * length + along) as f64, 0.0));
+        let steps = self.breaklines_around(ends[0], ends[1]);
+        let edges: Vec<_> = steps.iter().flat_map(|step| out_of_strips(step.ends, length)).collect();
+        stops(&edges, usize::from(!edge.is_meridian), edge.line * length)
+    }
+
     /// Puts a vertex one strip's width from each end of the side that the run reaches, and takes out those closer.
     fn keep_ends_clear(&self, edge: Edge, run: &mut Run, [start, end]: [i64; 2]) {
         let [first, last] = run.ends();
@@ -253,7 +276,8 @@ fn simplified(lattice: Lattice, edge: Edge, run: &Run, tolerance: f64) -> Vec<us
     let points: Vec<DVec2> = run.points.iter().map(dropped).collect();
     let is_kept = |&index: &usize| {
         let along = run.points[index].0;
-        index == 0 || index + 1 == points.len() || along == start + STRIP || along == end - STRIP
+        let is_at_strip = along == start + STRIP || along == end - STRIP;
+        index == 0 || index + 1 == points.len() || is_at_strip || run.stops.binary_search(&along).is_ok()
     };
     let mut kept = Vec::new();
     let mut from = 0;

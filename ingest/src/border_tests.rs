@@ -1,6 +1,7 @@
 use glam::DVec2;
 
 use super::*;
+use crate::breaklines::Breaklines;
 use crate::georeference::GeoReference;
 use crate::lattice::Square;
 use terrain_core::height_field::heights::Heights;
@@ -36,6 +37,7 @@ fn with_source(test: impl Fn(&BorderSource)) {
         lattice: LATTICE,
         georeference: &georeference,
         heights,
+        breaklines: &Breaklines::new(&[], &georeference),
     });
 }
 

@@ -343,6 +343,9 @@ pub(crate) struct VerifyArgs {
     /// Where such a mesh's error is bounded.
     #[arg(long, value_enum, default_value = "surface")]
     pub(crate) bound: Bound,
+    /// The lines that it keeps as edges; if not given, those that an archive says.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) breaklines: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) raster: RasterArgs,
     #[command(flatten)]

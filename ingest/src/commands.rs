@@ -50,7 +50,11 @@ fn build(arguments: BuildArgs) -> Result<(), Failure> {
     let progress = prepare(&arguments.run)?;
     let rasters = open(
         &arguments.dems,
-        overrides(arguments.raster, HeightsAbove::Ellipsoid),
+        overrides(
+            arguments.raster,
+            arguments.tiles.surface.breaklines.clone(),
+            HeightsAbove::Ellipsoid,
+        ),
         &progress,
     )?;
     let options = options(&arguments.tiles, &arguments.run);
@@ -160,7 +164,11 @@ fn plan(arguments: PlanArgs) -> Result<(), Failure> {
     let progress = prepare(&arguments.run)?;
     let rasters = open(
         &arguments.dems,
-        overrides(arguments.raster, HeightsAbove::Ellipsoid),
+        overrides(
+            arguments.raster,
+            arguments.tiles.surface.breaklines.clone(),
+            HeightsAbove::Ellipsoid,
+        ),
         &progress,
     )?;
     let options = pyramid::Options {

@@ -76,7 +76,7 @@ pub fn run(grid: &HeightGrid, max_error: f64, progress: &Progress) -> Result<(Cu
     let curvature = vec![DVec2::ZERO; grid.rows];
     let reference = whole_raster::reference(grid, &curvature, Bound::Samples);
     progress.open_stage("placing patches");
-    let triangulated = whole_raster::triangulated(&reference)?;
+    let triangulated = whole_raster::triangulated(&reference, &[])?;
     let mut surface = CubicSurface::refined(triangulated, max_error * SHARE, LEAST_ALTITUDE);
     let count = surface.corners().count();
     if count == 0 {

@@ -315,6 +315,11 @@ impl GeoReference {
         self.to_crs.transform_point2(grid + self.origin)
     }
 
+    /// The inverse of [`Self::crs_coordinates`].
+    pub(crate) fn grid_of_crs(&self, coordinates: DVec2) -> DVec2 {
+        self.to_crs.inverse().transform_point2(coordinates) - self.origin
+    }
+
     /// True where longitude and latitude are an affine function of grid coordinates, exactly.
     #[must_use]
     pub fn is_geographic(&self) -> bool {

@@ -1,6 +1,7 @@
 //! From elevation rasters to an archive of progressive terrain tiles: reading, positions on the Earth, and the build.
 
 mod border;
+mod breaklines;
 mod certify;
 mod chunk_view;
 mod chunks;
@@ -26,6 +27,7 @@ mod raster_outline;
 pub mod samples;
 pub mod store;
 pub mod stored_raster;
+mod strips;
 pub mod tin;
 pub mod verify;
 mod whole_raster;

@@ -50,7 +50,9 @@ pub(crate) struct Build<'a> {
 /// A finest mesh and what is claimed of it so far.
 pub(crate) struct Finest {
     pub(crate) mesh: Mesh,
-    /// Metres by which collapses may have moved the outline from the raster's.
+    /// Edges along breaklines, by their ends in plan.
+    pub(crate) breaklines: Vec<[DVec2; 2]>,
+    /// Metres by which collapses may have moved the outline from the raster's, and breaklines.
     pub(crate) outline_strayed: f64,
     /// What is claimed of it, metres, where it was measured as the coarsest surface of the tiles below.
     pub(crate) error: Option<f64>,
@@ -77,10 +79,9 @@ impl Build<'_> {
         tolerance: f64,
     ) -> Result<Tile> {
         let kinds = kinds(&finest.mesh, self.lattice.extent(square.zoom));
-        let surface = Surface::new(&finest.mesh, reference);
+        let surface = Surface::new(&finest.mesh, reference).with_breaklines(&finest.breaklines);
         let mut simplifier = Simplifier::new(surface, kinds, self.shape(), self.quality);
-        self.collapse_sides(&mut simplifier, square, &finest.mesh, sides, tolerance)?;
-        let mut strays = vec![0.0; Side::ALL.len()];
+        let mut strays = self.collapse_sides(&mut simplifier, square, &finest.mesh, sides, tolerance)?;
         let rungs = self.rungs();
         for rung in 1..=rungs {
             let error = tolerance * (f64::from(rung) / f64::from(rungs)).exp2();
@@ -88,8 +89,9 @@ impl Build<'_> {
             simplifier.simplify(Allowance {
                 vertical: error * MODEL_SHARE,
                 outline,
+                breaklines: outline,
             });
-            strays.push(simplifier.outline_strayed());
+            strays.push(strayed(&simplifier));
         }
         let partition = SurfacePartition::from_log(&finest.mesh, simplifier.log(), 0.0)?;
         let outline_errors = strays
@@ -98,7 +100,7 @@ impl Build<'_> {
             .chain([&0.0])
             .map(|stray| stray + finest.outline_strayed)
             .collect();
-        let outline_strayed = finest.outline_strayed + simplifier.outline_strayed();
+        let outline_strayed = finest.outline_strayed + strayed(&simplifier);
         let mut tile = Tile {
             address: square.address(),
             extent_bits: self.lattice.extent_bits(square.zoom),
@@ -107,6 +109,11 @@ impl Build<'_> {
             lineage: Lineage::default(),
             partition,
             outline_errors,
+            breaklines: simplifier
+                .breaklines()
+                .into_iter()
+                .map(|edge| edge.map(place))
+                .collect(),
         };
         let coarsest_measured = self.certify(square, &mut tile, sides, finest.error, tolerance);
         tile.lineage = Lineage {
@@ -125,7 +132,7 @@ impl Build<'_> {
         }
     }
 
-    /// Collapses what the parent's sides leave out, one band a side.
+    /// Collapses what the parent's sides leave out, one band a side; tells by how much lines strayed after each.
     ///
     /// No such collapse is impossible. Where the outline meets a side, a run ends, and ends stay; fans that touch in a vertex were
     /// separated; and nothing lies in the strip. So all around a vertex between a run's ends is on two parallel lines, the side and the
@@ -138,7 +145,8 @@ impl Build<'_> {
         mesh: &Mesh,
         sides: [&BorderCurve; 4],
         tolerance: f64,
-    ) -> Result<()> {
+    ) -> Result<Vec<f64>> {
+        let mut strays = Vec::new();
         let numbers = SideVertices::new(mesh, leaf::frame(self.lattice, square));
         let extent = self.lattice.extent(square.zoom) as f64;
         for (side, curve) in Side::ALL.into_iter().zip(sides).rev() {
@@ -157,8 +165,9 @@ impl Build<'_> {
                     .with_context(|| format!("tile {}, {side:?} side", square.address()))?;
             }
             simplifier.close_band(0.0);
+            strays.push(strayed(simplifier));
         }
-        Ok(())
+        Ok(strays)
     }
 
     /// Fills in the error of every level: measured, and never smaller than that of a finer one; `tolerance` is the zoom's. Tells
@@ -285,6 +294,16 @@ impl Build<'_> {
     }
 }
 
+/// Metres by which the outline or a breakline has strayed in plan.
+fn strayed(simplifier: &Simplifier) -> f64 {
+    simplifier.outline_strayed().max(simplifier.breaklines_strayed())
+}
+
+/// The whole-numbered place of a plan position.
+fn place(at: DVec2) -> [i64; 2] {
+    at.as_i64vec2().to_array()
+}
+
 /// Those triangles of a level that are not what they are in the next finer one, of which it has the first.
 fn without_triangles_of(mesh: &Mesh, finer: &Mesh) -> Mesh {
     let places = |mesh: &Mesh, corners: [u32; 3]| corners.map(|corner| mesh.positions[corner as usize]);
@@ -313,20 +332,16 @@ impl SideVertices {
             }
             let is_meridian = from.x == to.x;
             let is_forwards = (to - from).element_sum() > 0.0;
-            numbers.insert((is_forwards, is_meridian, key(from)), a);
-            numbers.insert((!is_forwards, is_meridian, key(to)), b);
+            numbers.insert((is_forwards, is_meridian, place(from)), a);
+            numbers.insert((!is_forwards, is_meridian, place(to)), b);
         }
         Self { numbers }
     }
 
     fn at(&self, side: Side, at: DVec2, is_first: bool) -> Option<u32> {
         let is_meridian = matches!(side, Side::West | Side::East);
-        self.numbers.get(&(is_first, is_meridian, key(at))).copied()
+        self.numbers.get(&(is_first, is_meridian, place(at))).copied()
     }
-}
-
-fn key(at: DVec2) -> [i64; 2] {
-    [at.x as i64, at.y as i64]
 }
 
 /// Collapses the vertices that are not coarse into their neighbours along the side: first those that keep within the

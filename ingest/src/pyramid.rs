@@ -237,7 +237,7 @@ impl<'a> Build<'a> {
         let seen = Seen::new(self.raster);
         let plan = Plan::new(seen.raster(), &georeference, size, relief, self.options);
         Ok(Scheduler {
-            jobs: Jobs::new(plan, stored),
+            jobs: Jobs::new(plan, stored, &self.raster.provenance().breaklines),
             tiles: FinishedTiles {
                 store: self.store,
                 archive: self.earlier,

@@ -1,6 +1,7 @@
 //! Elevation rasters: opened together as one lattice of samples, and read by rectangles, in metres, voids as NaN.
 
 mod between;
+mod breaklines;
 mod composition;
 mod crs;
 mod drivers;
@@ -12,7 +13,6 @@ mod mosaic;
 mod options;
 mod pieces;
 mod placement;
-mod polygons;
 mod raw_file;
 mod reader;
 mod record;
@@ -21,6 +21,7 @@ mod source;
 mod tiff_file;
 mod undeclared;
 mod units;
+mod vectors;
 mod vertical;
 mod water;
 mod zip;
@@ -38,9 +39,9 @@ use terrain_tiles::water::Water;
 pub use drivers::is_raster;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
-pub use polygons::{Rings, polygons_on_earth};
 pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
+pub use vectors::{Rings, polygons_on_earth};
 pub use vertical::undulations;
 pub(crate) use vertical::{SeaLevel, UNSPECIFIED};
 
@@ -76,6 +77,7 @@ pub struct Rasters {
     mosaic: Mosaic,
     rules: composition::Rules,
     lakes: Vec<Lake>,
+    breaklines: Vec<Vec<[f64; 2]>>,
     georeference: GeoReference,
     limits: RasterLimits,
     progress: Progress,
@@ -116,7 +118,12 @@ impl Rasters {
         let georeference = georeference(files[mosaic.lattice].layout(), &mosaic, options)?;
         tell(&layouts, &options.progress);
         tell_of_lattice(&layouts, &mosaic, &options.progress);
+        let breaklines = match &reading.breaklines {
+            Some(path) => breaklines::breaklines(Path::new(path), files[mosaic.lattice].layout())?,
+            None => Vec::new(),
+        };
         let mut rasters = Self {
+            breaklines,
             rules: composition_rules(&mosaic, &georeference, reading),
             lakes: Vec::new(),
             files,
@@ -399,6 +406,7 @@ impl Raster for Rasters {
             geoid: Some(self.of_heights(|heights| heights.geoid().unwrap_or_default().to_owned()))
                 .filter(|names| !names.is_empty()),
             water: self.water(),
+            breaklines: self.breaklines.clone(),
             overrides: self.overrides.clone(),
         }
     }

@@ -12,6 +12,7 @@ use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::heights::Heights;
 use terrain_tiles::ellipsoid::on_ellipsoid;
 
+use crate::breaklines::{Breaklines, TurnedStep, is_on_surface};
 use crate::georeference::GeoReference;
 use crate::lattice::{Lattice, STRIP};
 
@@ -27,14 +28,15 @@ pub(crate) struct BorderSource<'a> {
     pub(crate) lattice: Lattice,
     pub(crate) georeference: &'a GeoReference,
     pub(crate) heights: Heights<'a>,
+    pub(crate) breaklines: &'a Breaklines,
 }
 
-/// An edge of the grid at which the surface ends.
+/// An edge of the grid at which the surface ends, with that to its left; or a step of a breakline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
-    /// Lattice positions; going from the first to the second, the surface is to the left.
+    /// Lattice positions.
     pub(crate) ends: [[i64; 2]; 2],
-    /// The samples, in the same order.
+    /// Places on the grid, in the same order.
     samples: [DVec2; 2],
 }
 
@@ -59,6 +61,43 @@ impl BorderSource<'_> {
         // Around a pole, steps over the meridian opposite to the tile seem to go around the Earth.
         let half_turn = self.lattice.extent(0);
         steps.retain(|step: &Step| (step.ends[0][0] - step.ends[1][0]).abs() < half_turn);
+        steps
+    }
+
+    /// The steps of breaklines on the surface, in and around a rectangle of global lattice positions; those of no length there are left
+    /// out.
+    pub(crate) fn breaklines_around(&self, low: DVec2, high: DVec2) -> Vec<Step> {
+        if self.breaklines.is_empty() {
+            return Vec::new();
+        }
+        let origin = DVec2::from(self.georeference.origin().map(|first| first as f64));
+        let corners = self
+            .cells_under(low, high)
+            .map(|[x, y]| DVec2::new(x as f64, y as f64) + origin);
+        let of_lattice = self.georeference.of_lattice();
+        let circle = 2 * self.lattice.extent(0);
+        let seen = |turned: TurnedStep| {
+            let moved = DVec2::new(turned.columns, 0.0);
+            let place = |at: DVec2| {
+                let [x, y] = self
+                    .lattice
+                    .global(of_lattice.geographic(at))
+                    .round()
+                    .as_i64vec2()
+                    .to_array();
+                [x + i64::from(turned.turns) * circle, y]
+            };
+            Step {
+                ends: turned.step.map(place),
+                samples: turned.step.map(|at| at + moved - origin),
+            }
+        };
+        let mut steps: Vec<Step> = self.breaklines.steps_near(corners).into_iter().map(seen).collect();
+        steps.retain(|step| {
+            let [from, to] = step.ends;
+            // Around a pole, steps over the meridian opposite to the tile seem to go around the Earth.
+            from != to && (from[0] - to[0]).abs() < circle / 2 && is_on_surface(self.heights, step.samples)
+        });
         steps
     }
 
@@ -100,7 +139,7 @@ impl BorderSource<'_> {
     }
 
     /// Metres, seen from above, between a step of the raster and the edges on the lattice that stand for it: its ends were
-    /// moved, and what is straight in the raster, on the map and in space differ in between.
+    /// rounded or moved, and what is straight in the raster, on the map and in space differ in between.
     pub(crate) fn strays(&self, step: &Step) -> f64 {
         let in_raster = |share| {
             self.georeference

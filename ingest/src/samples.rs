@@ -143,6 +143,9 @@ pub struct Provenance {
     pub geoid: Option<String>,
     /// Where there is water.
     pub water: Water,
+    /// Lines that the surface keeps as edges, in coordinates of the rasters' reference system.
+    #[serde(default)]
+    pub breaklines: Vec<Vec<[f64; 2]>>,
     /// What was used instead of what the files say of themselves.
     pub overrides: Overrides,
 }
@@ -246,6 +249,7 @@ impl Raster for HeightGrid {
             heights_above: UNSPECIFIED.to_owned(),
             geoid: None,
             water: Water::default(),
+            breaklines: Vec::new(),
             overrides: Overrides::default(),
         }
     }

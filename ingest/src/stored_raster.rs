@@ -84,6 +84,7 @@ impl StoredRaster {
         Source {
             samples: &self.chunks,
             georeference: &self.georeference,
+            breaklines: &[],
         }
     }
 }

@@ -24,12 +24,16 @@ use terrain_core::mesh::Mesh;
 use terrain_tiles::formats::{obj, ply};
 use terrain_tiles::new_file::NewFile;
 
+use crate::breaklines::steps_on_surface;
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
 use crate::whole_raster::{self, LEAST_ALTITUDE, SHARE};
 
+/// Cells that a breakline may stray in plan, besides the rounding of its places: so that straight ones need few vertices.
+const BREAKLINE_STRAYS: f64 = 1.0 / 64.0;
+
 /// How to triangulate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// Largest error in metres.
     pub max_error: f64,
@@ -37,6 +41,8 @@ pub struct Options {
     pub bound: Bound,
     /// How much work goes into few triangles.
     pub quality: Quality,
+    /// Lines that the mesh keeps as edges, in coordinates of the raster's reference system.
+    pub breaklines: Vec<Vec<[f64; 2]>>,
 }
 
 /// What was made.
@@ -78,7 +84,7 @@ pub fn run(grid: &HeightGrid, options: &Options, output: &Path, progress: &Progr
     let curvature = vec![DVec2::ZERO; grid.rows];
     let reference = whole_raster::reference(grid, &curvature, options.bound);
     progress.open_stage("triangulating");
-    let surface = refined(&reference, options)?;
+    let surface = refined(grid, &reference, options)?;
     progress.open_stage(&format!(
         "simplifying {} triangles",
         HumanCount(surface.triangle_count() as u64)
@@ -115,8 +121,9 @@ pub fn bound_name(bound: Bound) -> &'static str {
     }
 }
 
-fn refined<'a>(reference: &'a Reference<'a>, options: &Options) -> Result<Surface<'a>> {
-    let mut surface = whole_raster::triangulated(reference)?;
+fn refined<'a>(grid: &HeightGrid, reference: &'a Reference<'a>, options: &Options) -> Result<Surface<'a>> {
+    let breaklines = steps_on_surface(&options.breaklines, &grid.georeference, reference.heights);
+    let mut surface = whole_raster::triangulated(reference, &breaklines)?;
     let refinement = Refinement {
         tolerance: options.max_error * SHARE,
         height_step: 0.0,
@@ -137,6 +144,7 @@ fn thinned<'a>(surface: Surface<'a>, options: &Options) -> Surface<'a> {
     simplifier.thin(Allowance {
         vertical: options.max_error * SHARE,
         outline: 0.0,
+        breaklines: BREAKLINE_STRAYS,
     });
     simplifier.into_surface().in_memory_order()
 }

@@ -11,6 +11,7 @@
 //! for each tile, each level: triangles flat in Earth-centred space against the bilinear source,
 //!     at every sample, and along every edge of the mesh               deviation
 //!     samples that no triangle covers, mesh over voids                outline
+//!     lines without a chain of edges along them                       breaklines
 //! neighbours show the same vertices on their common side              sides
 //! a tile's coarsest surface is its parent's finest                    nesting
 //! random mixes of zooms, levels and sides have no gap                 mixes
@@ -19,6 +20,7 @@
 //! ```
 
 mod beside;
+mod breaklines;
 mod deviation;
 mod drawing;
 mod drawn;
@@ -49,6 +51,7 @@ use terrain_tiles::archive::Reader;
 use terrain_tiles::pyramid::{Pyramid, Summary};
 use terrain_tiles::tile::Tile;
 
+use self::breaklines::Lines;
 use self::levels::{LevelMeasured, Measure, Measured};
 pub use self::mesh_file::Claim;
 use self::mixes::Interiors;
@@ -92,6 +95,7 @@ fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progre
         tiles,
         exist: &exist,
         outline: &outline,
+        lines: &Lines::new(&source),
         between_samples: metadata.bound == "surface",
         block_side,
     };

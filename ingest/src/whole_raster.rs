@@ -9,9 +9,11 @@ use terrain_core::Surface;
 use terrain_core::height_field::ground::Ground;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::{Bound, Reference};
-use terrain_core::height_field::triangulate::{Outline, triangulate};
+use terrain_core::height_field::snapping::{Place, snapped};
+use terrain_core::height_field::triangulate::{Outline, Triangulated, triangulate};
 use terrain_core::mesh;
 
+use crate::breaklines::GridStep;
 use crate::height_grid::HeightGrid;
 
 /// Plan units in a cell: vertices that are no samples lie on this finer grid.
@@ -43,18 +45,64 @@ pub(crate) fn reference<'a>(grid: &'a HeightGrid, curvature: &'a [DVec2], bound:
     }
 }
 
-/// The raster's cells with four samples, in as few triangles as their outline has.
+/// The raster's cells with four samples, in as few triangles as their outline and `breaklines` have, which are steps on the grid.
 ///
 /// # Errors
 /// When the outline cannot be triangulated.
-pub(crate) fn triangulated<'a>(reference: &'a Reference<'a>) -> Result<Surface<'a>> {
+pub(crate) fn triangulated<'a>(reference: &'a Reference<'a>, breaklines: &[GridStep]) -> Result<Surface<'a>> {
     let is_inside = |plan: DVec2| {
         let cell = reference.plan.grid(plan).floor();
         reference.heights.cell_is_valid(cell.x as i64, cell.y as i64)
     };
-    let mut mesh = triangulate(&outline(reference), is_inside)?;
+    let mut outline = outline(reference);
+    if !breaklines.is_empty() {
+        outline = with_breaklines(outline, reference, breaklines);
+    }
+    let Triangulated { mut mesh, breaklines } = triangulate(&outline, is_inside)?;
     mesh::separate_fans(&mut mesh, |_| false);
-    Ok(Surface::new(&mesh, reference))
+    Ok(Surface::new(&mesh, reference).with_breaklines(&breaklines))
+}
+
+/// An outline with lines, all of which meet at vertices only.
+fn with_breaklines(outline: Outline, reference: &Reference, steps: &[GridStep]) -> Outline {
+    let place = |plan: DVec2| plan.round().as_i64vec2().to_array();
+    let of_outline = |segment: &[u32; 2]| segment.map(|end| place(outline.vertices[end as usize].truncate()));
+    let of_line = |step: &GridStep| step.map(|at| place(reference.plan.plan(at)));
+    let segments: Vec<[Place; 2]> = outline
+        .segments
+        .iter()
+        .map(of_outline)
+        .chain(steps.iter().map(of_line))
+        .collect();
+    let mut joined = Outline {
+        has_outside: outline.has_outside,
+        ..Outline::default()
+    };
+    let mut numbers: BTreeMap<Place, u32> = BTreeMap::new();
+    for &at in &outline.vertices {
+        numbers.insert(place(at.truncate()), joined.vertices.len() as u32);
+        joined.vertices.push(at);
+    }
+    let mut number = |at: Place| {
+        *numbers.entry(at).or_insert_with(|| {
+            let plan = DVec2::new(at[0] as f64, at[1] as f64);
+            let height = reference.heights.height_near(reference.plan.grid(plan));
+            joined.vertices.push(plan.extend(height.unwrap_or(0.0)));
+            joined.vertices.len() as u32 - 1
+        })
+    };
+    let ways = snapped(&segments);
+    let (bounds, lines) = ways.split_at(outline.segments.len());
+    let mut edges = |ways: &[Vec<Place>]| -> BTreeSet<[u32; 2]> {
+        let pairs = ways.iter().flat_map(|way| way.windows(2));
+        pairs
+            .map(|pair| [pair[0].min(pair[1]), pair[0].max(pair[1])].map(&mut number))
+            .collect()
+    };
+    let (bounds, lines) = (edges(bounds), edges(lines));
+    joined.breaklines = lines.difference(&bounds).copied().collect();
+    joined.segments = bounds.into_iter().collect();
+    joined
 }
 
 /// The edge of the raster's valid cells: a vertex wherever it turns, a segment between.

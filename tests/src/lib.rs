@@ -1,6 +1,7 @@
 //! What the end-to-end tests share: oracles, and where test data are.
 
 pub mod geographiclib;
+pub mod random_lines;
 pub mod random_raster;
 pub mod selection;
 pub mod source;

@@ -238,6 +238,18 @@ impl RandomRaster {
         }
     }
 
+    /// Code of its reference system.
+    #[must_use]
+    pub fn epsg(&self) -> u16 {
+        self.epsg
+    }
+
+    /// Coordinates of a place on its grid.
+    #[must_use]
+    pub fn place(&self, grid: DVec2) -> DVec2 {
+        self.to_crs.transform_point2(grid)
+    }
+
     /// Whether some four neighbouring samples are all there.
     #[must_use]
     pub fn has_surface(&self) -> bool {

@@ -30,6 +30,7 @@ fn triangulated(grid: &HeightGrid, max_error: f64, bound: Bound, quality: Qualit
         max_error,
         bound,
         quality,
+        breaklines: Vec::new(),
     };
     let report = tin::run(grid, &options, &output, &Progress::silent()).unwrap();
     let measured = verify::mesh(&output, grid.into(), None, 64 << 20).unwrap();
@@ -121,6 +122,7 @@ fn a_single_row_or_column_has_no_surface() {
             max_error: 1.0,
             bound: Bound::Surface,
             quality: Quality::Default,
+            breaklines: Vec::new(),
         };
         let line = grid(columns, rows, |_, _| 1.0);
         let refused = tin::run(&line, &options, &folder.path().join("mesh.ply"), &Progress::silent()).unwrap_err();

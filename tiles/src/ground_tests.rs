@@ -37,6 +37,7 @@ fn tile(zoom: u8, cells: u32, height: impl Fn(u32, u32) -> f64) -> Tile {
         height_exponent: -6,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         partition: SurfacePartition::from_log(&mesh, &log, 1.5).unwrap(),
         outline_errors: vec![0.0; 5],
     }

@@ -175,6 +175,9 @@ pub struct Reading {
     /// A file of polygons on land within which the surface is level.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flatten: Option<String>,
+    /// A file of lines that the surface keeps as edges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub breaklines: Option<String>,
     /// Whether voids are filled, and how wide in metres they may be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
@@ -216,6 +219,7 @@ impl Reading {
             by_order: self.by_order || other.by_order,
             water: self.water.or(other.water),
             flatten: self.flatten.or(other.flatten),
+            breaklines: self.breaklines.or(other.breaklines),
             fill: self.fill.or(other.fill),
         }
     }

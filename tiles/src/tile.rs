@@ -31,8 +31,10 @@ pub struct Tile {
     /// ellipsoid (or whatever the source's vertical datum is). The last four levels are the sides, in the order of
     /// [`Side::ALL`].
     pub partition: SurfacePartition,
-    /// For each level, how far in metres its outline may be from the outline of the source in plan view.
+    /// For each level, how far in metres its outline may be from the outline of the source, and breaklines from its edges, in plan view.
     pub outline_errors: Vec<f64>,
+    /// Edges of the coarsest surface that are along breaklines, by places of their ends on the lattice: its parent keeps them.
+    pub breaklines: Vec<[[i64; 2]; 2]>,
 }
 
 /// What a tile was made from, and what its parent takes over.

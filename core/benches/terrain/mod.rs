@@ -92,10 +92,10 @@ impl Terrain {
         let outline = Outline {
             vertices: [(0, 0), (last, 0), (last, last), (0, last)].map(corner).to_vec(),
             segments: vec![[0, 1], [1, 2], [2, 3], [3, 0]],
-            has_outside: false,
+            ..Outline::default()
         };
         let square = triangulate(&outline, |_| true).expect("four corners in order cross nothing");
-        let mut surface = Surface::new(&square, &reference);
+        let mut surface = Surface::new(&square.mesh, &reference);
         let refinement = Refinement {
             tolerance: error,
             height_step: 0.0,
@@ -107,6 +107,7 @@ impl Terrain {
         simplifier.thin(Allowance {
             vertical: error,
             outline: 0.0,
+            breaklines: 0.0,
         });
         then(simplifier)
     }

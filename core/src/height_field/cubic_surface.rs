@@ -219,6 +219,7 @@ impl<'a> CubicSurface<'a> {
             red,
             place,
             strays,
+            breakline_strays: 0.0,
             closes: None,
         };
         Some((chosen, slope))

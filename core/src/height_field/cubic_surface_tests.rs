@@ -74,7 +74,7 @@ fn surface<'a>(reference: &'a Reference<'a>, hole: Option<[usize; 2]>) -> Surfac
         let cell = (plan / SCALE).floor();
         reference.heights.cell_is_valid(cell.x as i64, cell.y as i64)
     };
-    let mut mesh = triangulate(&outline, is_inside).unwrap();
+    let mut mesh = triangulate(&outline, is_inside).unwrap().mesh;
     mesh::separate_fans(&mut mesh, |_| false);
     Surface::new(&mesh, reference)
 }
@@ -97,6 +97,7 @@ fn patches_of_flat(reference: &Reference, tolerance: f64) -> usize {
     simplifier.thin(Allowance {
         vertical: tolerance,
         outline: 0.0,
+        breaklines: 0.0,
     });
     simplifier.surface().triangle_count()
 }

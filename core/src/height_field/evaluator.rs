@@ -93,7 +93,8 @@ impl Evaluator {
             return None;
         }
         let strays = sampled.strays(edge);
-        if strays.metres > allowance.outline {
+        let breakline_strays = sampled.breakline_strays(edge);
+        if strays.metres > allowance.outline || breakline_strays > allowance.breaklines {
             return None;
         }
         self.surround(sampled, edge);
@@ -109,6 +110,7 @@ impl Evaluator {
             red: edge.red,
             place,
             strays,
+            breakline_strays,
             closes: edge.closes,
         })
     }

@@ -16,6 +16,8 @@ pub(crate) fn kinds_allow(surface: &Surface, kinds: &[VertexKind], edge: Edge) -
         VertexKind::OnColumn => from.x == to.x && matches!(target, VertexKind::OnColumn | VertexKind::Fixed),
         VertexKind::OnRow => from.y == to.y && matches!(target, VertexKind::OnRow | VertexKind::Fixed),
         VertexKind::Outline => edge.is_on_boundary,
+        // Which neighbour is the next one along it, the breakline knows.
+        VertexKind::Breakline => true,
         VertexKind::Fixed | VertexKind::Border => false,
     }
 }

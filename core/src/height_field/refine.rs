@@ -19,6 +19,7 @@ use std::ops::Range;
 
 use glam::DVec2;
 
+use crate::height_field::kept_chains::ordered;
 use crate::height_field::reference::{Bound, Deviation};
 use crate::height_field::surface::{Surface, morton_code};
 use crate::height_field::triangulate::stepped;
@@ -198,11 +199,12 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         }
     }
 
-    /// Inserts the sample next to the worst place before the place itself, since that is where the surface bends. Where
-    /// vertices are there already it does so along edges that stray, and at last on the edges themselves.
+    /// Splits a breakline that strays: nothing beside it would mend it. Otherwise inserts the sample next to the worst place before
+    /// the place itself, since that is where the surface bends. Where vertices are there already it does so along edges that stray,
+    /// and at last on the edges themselves.
     fn mend(&mut self, triangle: u32, worst: DVec2) -> bool {
         let sample = self.surface.reference.nearest_sample(worst);
-        if self.insert_at(triangle, sample) || self.insert_at(triangle, worst) {
+        if self.split_breakline(triangle) || self.insert_at(triangle, sample) || self.insert_at(triangle, worst) {
             return true;
         }
         let tolerance = self.refinement.tolerance;
@@ -213,6 +215,37 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
             let sample = self.surface.reference.nearest_sample(found.at);
             self.insert_at(triangle, sample) || self.insert_at(triangle, found.at) || self.insert(triangle, on_edge)
         })
+    }
+
+    /// Splits an edge of a triangle that is kept and strays, at the place next to its worst one where triangles stay upright.
+    fn split_breakline(&mut self, triangle: u32) -> bool {
+        let strayed = edges_of(triangle).into_iter().find_map(|edge| {
+            let found = self.is_kept(edge).then(|| self.along(edge))?;
+            (found.size > self.refinement.tolerance).then_some((edge, found.at))
+        });
+        let Some((edge, at)) = strayed else { return false };
+        let plan = self.on_edge(edge, self.surface.reference.plan.plan(at)).round();
+        self.can_split(edge, plan) && self.insert_on(edge, plan)
+    }
+
+    /// Whether an edge may go over a place next to it: all triangles stay upright, and the strip empty.
+    fn can_split(&self, edge: u32, plan: DVec2) -> bool {
+        let connectivity = &self.surface.connectivity;
+        let is_upright = |edge: u32| {
+            [next(edge), previous(edge)].into_iter().all(|beside| {
+                let [from, to] = [connectivity.origin(beside), connectivity.end(beside)];
+                self.surface.orientation(from, to, plan) > 0.0
+            })
+        };
+        let is_in_strip = self.refinement.frame.is_some_and(|frame| frame.push_in(plan) != plan);
+        let twin = connectivity.twin(edge);
+        !is_in_strip && twin != NONE && is_upright(edge) && is_upright(twin)
+    }
+
+    fn is_kept(&self, edge: u32) -> bool {
+        let connectivity = &self.surface.connectivity;
+        let ends = || ordered([connectivity.origin(edge), connectivity.end(edge)]);
+        !self.surface.breaklines.is_empty() && self.surface.breaklines.contains(&ends())
     }
 
     /// The place on an edge in plan that is nearest to another one.
@@ -288,19 +321,37 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
             .refinement
             .frame
             .map_or(place.round(), |frame| frame.push_in(place.round()));
-        let grid = reference.plan.grid(plan);
         let Some((edge, is_on_edge)) = self.locate(triangle, plan) else {
             return false;
         };
-        let Some(height) = reference.height_near_grid(grid) else {
+        if is_on_edge {
+            return self.insert_on(edge, plan);
+        }
+        let Some(height) = reference.height_near_grid(reference.plan.grid(plan)) else {
             return false;
         };
-        let vertex = if is_on_edge {
-            self.surface.connectivity.split_edge(edge)
-        } else {
-            self.surface.connectivity.split_triangle(edge / 3)
-        };
+        let vertex = self.surface.connectivity.split_triangle(edge / 3);
         self.surface.push(plan, stepped(height, self.refinement.height_step));
+        self.settle(vertex);
+        true
+    }
+
+    /// Splits an edge at a place, if that belongs to the surface; both parts of a breakline are kept.
+    fn insert_on(&mut self, edge: u32, plan: DVec2) -> bool {
+        let reference = self.surface.reference;
+        let Some(height) = reference.height_near_grid(reference.plan.grid(plan)) else {
+            return false;
+        };
+        let ends = [
+            self.surface.connectivity.origin(edge),
+            self.surface.connectivity.end(edge),
+        ];
+        let vertex = self.surface.connectivity.split_edge(edge);
+        self.surface.push(plan, stepped(height, self.refinement.height_step));
+        if self.surface.breaklines.remove(&ordered(ends)) {
+            let parts = ends.map(|end| ordered([end, vertex]));
+            self.surface.breaklines.extend(parts);
+        }
         self.settle(vertex);
         true
     }
@@ -359,7 +410,7 @@ impl<W: Fn(&Surface, [u32; 3]) -> Deviation> Refiner<'_, '_, W> {
         }
         let [a, b, c, d] = connectivity.quadrilateral(edge).map(|vertex| self.surface.plan(vertex));
         let is_given = self.refinement.frame.is_some_and(|frame| frame.along_inner_line(a, b));
-        !is_given && is_in_circle([a, b, c, d])
+        !is_given && is_in_circle([a, b, c, d]) && !self.is_kept(edge)
     }
 }
 

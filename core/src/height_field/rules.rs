@@ -7,7 +7,8 @@
 /// | `Free` | any but `Border` | yes, height free, place free if blue is `Free` | |
 /// | `OnColumn`, `OnRow` | same line | yes, height free | the strip along a tile's side stays straight |
 /// | `Outline` | along the outline | yes, height free | the hole keeps its shape within the tolerance, or is closed |
-/// | `Fixed` | no | yes | corners |
+/// | `Breakline` | along the breakline | yes, height free | the line keeps its shape within the tolerance |
+/// | `Fixed` | no | yes | corners; ends of breaklines, and where they meet |
 /// | `Border` | only by `Simplifier::collapse_border` | no | shared with other tiles |
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VertexKind {
@@ -19,6 +20,8 @@ pub enum VertexKind {
     OnRow,
     /// On the edge of the surface.
     Outline,
+    /// Between the ends of a breakline.
+    Breakline,
     /// Stays where it is.
     Fixed,
     /// On a tile's side.
@@ -39,6 +42,8 @@ pub struct Allowance {
     /// Metres that the outline may stray from that of the mesh the simplifier began with, in plan view; what of a hole is within
     /// them may be closed.
     pub outline: f64,
+    /// The same for breaklines.
+    pub breaklines: f64,
 }
 
 /// What holds for all bands.

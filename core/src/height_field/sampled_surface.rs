@@ -9,7 +9,7 @@ use glam::DVec2;
 use crate::height_field::fan::Fan;
 use crate::height_field::finer::SurfacePoint;
 use crate::height_field::flat::GridPoint;
-use crate::height_field::outline::{OutlineChains, Strays};
+use crate::height_field::kept_chains::{KeptChains, Strays};
 use crate::height_field::reference::Bound;
 use crate::height_field::ring::Ring;
 use crate::height_field::rules::VertexKind;
@@ -22,9 +22,12 @@ pub(crate) struct SampledSurface<'a> {
     pub(crate) surface: Surface<'a>,
     pub(crate) samples: SampleLists,
     pub(crate) kinds: Vec<VertexKind>,
-    pub(crate) outline: OutlineChains,
+    pub(crate) outline: KeptChains,
     /// Metres.
     pub(crate) outline_strayed: f64,
+    pub(crate) breaklines: KeptChains,
+    /// Metres.
+    pub(crate) breaklines_strayed: f64,
     /// Around the vertex whose samples were laid last.
     pub(crate) ring: Ring,
     fan: Fan,
@@ -63,15 +66,18 @@ pub(crate) struct Chosen {
     pub(crate) place: Place,
     /// How far the outline strays then.
     pub(crate) strays: Strays,
+    /// The same of the breakline, metres.
+    pub(crate) breakline_strays: f64,
     /// The third vertex of the hole that is closed.
     pub(crate) closes: Option<u32>,
 }
 
 impl<'a> SampledSurface<'a> {
     /// Vertices of the outline that are [`VertexKind::Free`] become [`VertexKind::Outline`], and [`VertexKind::Border`] where the
-    /// outline touches itself.
+    /// outline touches itself. Of vertices of breaklines, those between two ends that are [`VertexKind::Free`] become
+    /// [`VertexKind::Breakline`], and all others but those of sides stay.
     pub(crate) fn new(surface: Surface<'a>, mut kinds: Vec<VertexKind>) -> Self {
-        let outline = OutlineChains::new(&surface);
+        let outline = KeptChains::of_outline(&surface);
         for (kind, vertex) in kinds.iter_mut().zip(0..) {
             match outline.visits(vertex) {
                 0 => {}
@@ -79,6 +85,16 @@ impl<'a> SampledSurface<'a> {
                 1 => {}
                 _ => *kind = VertexKind::Border,
             }
+        }
+        let breaklines = KeptChains::of_breaklines(&surface);
+        for &vertex in surface.breaklines.iter().flatten() {
+            let kind = &mut kinds[vertex as usize];
+            *kind = match *kind {
+                VertexKind::Border => VertexKind::Border,
+                VertexKind::Free if breaklines.is_between_ends(vertex) => VertexKind::Breakline,
+                VertexKind::Breakline => VertexKind::Breakline,
+                _ => VertexKind::Fixed,
+            };
         }
         let mut samples = SampleLists::new(&surface);
         if surface.reference.bound == Bound::Samples {
@@ -96,6 +112,8 @@ impl<'a> SampledSurface<'a> {
             kinds,
             outline,
             outline_strayed: 0.0,
+            breaklines,
+            breaklines_strayed: 0.0,
             ring: Ring::default(),
             fan: Fan::default(),
             spokes: Vec::new(),
@@ -138,6 +156,27 @@ impl<'a> SampledSurface<'a> {
         } else {
             Strays::NONE
         }
+    }
+
+    /// Metres that a breakline would stray in plan; infinite where the edge is not along it.
+    pub(crate) fn breakline_strays(&self, edge: Edge) -> f64 {
+        let may_be_passed = matches!(
+            self.kinds[edge.blue as usize],
+            VertexKind::Breakline | VertexKind::Border
+        );
+        if !may_be_passed || self.breaklines.visits(edge.blue) == 0 {
+            return 0.0;
+        }
+        let strays = self
+            .breaklines
+            .strays(self.surface.reference.ground, edge.blue, edge.red);
+        strays.metres
+    }
+
+    /// The surface, with the breaklines that are left.
+    pub(crate) fn into_surface(mut self) -> Surface<'a> {
+        self.surface.breaklines = self.breaklines.left_edges();
+        self.surface
     }
 
     pub(crate) fn gather_around(&self, vertex: u32, samples: &mut Vec<Sample>) {
@@ -189,6 +228,7 @@ impl<'a> SampledSurface<'a> {
             red,
             ref place,
             strays,
+            breakline_strays,
             closes,
         } = chosen;
         self.clear_samples(blue);
@@ -207,9 +247,11 @@ impl<'a> SampledSurface<'a> {
         } else {
             self.surface.connectivity.collapse(blue, red);
             self.outline.remove(blue);
+            self.breaklines.remove(blue);
         }
         self.surface.put(red, place.plan, place.point);
         self.outline_strayed = self.outline_strayed.max(strays.metres);
+        self.breaklines_strayed = self.breaklines_strayed.max(breakline_strays);
         if !strays.is_straight {
             gathered.clear();
             self.ring.surround(&self.surface, red);

@@ -20,7 +20,7 @@
 //! A hole that has come down to three vertices is closed by the collapse of one of its edges, where all of it is within what
 //! the outline may stray: no sample is under it that constrains the surface, and its other two edges become one.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::height_field::attempts::Attempts;
 use crate::height_field::evaluator::Evaluator;
@@ -92,6 +92,8 @@ impl<'a> Simplifier<'a> {
         let allowance = Allowance {
             vertical: tolerance,
             outline: 0.0,
+            // Along the side that is a straight line; but not to a neighbour that is not along it.
+            breaklines: f64::MAX,
         };
         let least_altitude = std::mem::replace(&mut self.evaluator.shape.least_altitude, 0.0);
         let chosen = self.checked(blue, index, allowance);
@@ -106,6 +108,21 @@ impl<'a> Simplifier<'a> {
     #[must_use]
     pub fn outline_strayed(&self) -> f64 {
         self.sampled.outline_strayed
+    }
+
+    /// The same of breaklines.
+    #[must_use]
+    pub fn breaklines_strayed(&self) -> f64 {
+        self.sampled.breaklines_strayed
+    }
+
+    /// The edges along breaklines that are left, by the vertices' places in plan.
+    #[must_use]
+    pub fn breaklines(&self) -> Vec<[DVec2; 2]> {
+        let edges = self.sampled.breaklines.left_edges().into_iter();
+        edges
+            .map(|edge| edge.map(|end| self.sampled.surface.plan(end)))
+            .collect()
     }
 
     /// Position of a vertex.
@@ -135,7 +152,7 @@ impl<'a> Simplifier<'a> {
     /// The surface as it is now, for good.
     #[must_use]
     pub fn into_surface(self) -> Surface<'a> {
-        self.sampled.surface
+        self.sampled.into_surface()
     }
 
     pub(crate) fn try_all(&mut self) {

@@ -58,12 +58,12 @@ fn square(heights: &[f32]) -> Outline {
     Outline {
         vertices,
         segments: vec![[0, 1], [1, 2], [2, 3], [3, 0]],
-        has_outside: false,
+        ..Outline::default()
     }
 }
 
 fn refined<'a>(reference: &'a Reference<'a>, tolerance: f64, height_step: f64) -> Surface<'a> {
-    let mesh = triangulate(&square(reference.heights.samples), |_| true).unwrap();
+    let mesh = triangulate(&square(reference.heights.samples), |_| true).unwrap().mesh;
     let mut surface = Surface::new(&mesh, reference);
     let frame = None;
     refine(
@@ -123,7 +123,11 @@ fn refined_and_simplified_surfaces_stay_inside_the_volume_at_every_level() {
         );
         let mut simplifier = simplifier(surface, Quality::Default);
         for vertical in [2.0, 4.0, 8.0] {
-            simplifier.simplify(Allowance { vertical, outline: 0.0 });
+            simplifier.simplify(Allowance {
+                vertical,
+                outline: 0.0,
+                breaklines: 0.0,
+            });
         }
         let partition = SurfacePartition::from_log(&fine, simplifier.log(), 2.0).unwrap();
         partition::validate(&partition).unwrap();
@@ -153,6 +157,7 @@ fn thinned_surfaces_stay_inside_the_volume_and_more_work_leaves_fewer_triangles(
             simplifier.thin(Allowance {
                 vertical: 2.0,
                 outline: 0.0,
+                breaklines: 0.0,
             });
             assert!(simplifier.log().collapses.is_empty(), "thinning leaves no record");
             let (mesh, _) = simplifier.into_surface().mesh();
@@ -177,6 +182,7 @@ fn every_sample_stays_under_the_triangle_whose_list_it_is_in() {
     simplifier.thin(Allowance {
         vertical: 4.0,
         outline: 0.0,
+        breaklines: 0.0,
     });
     let mut seen = 0;
     for (triangle, corners) in simplifier.sampled.surface.triangles() {
@@ -200,6 +206,7 @@ fn no_vertex_stands_out_of_the_surface_where_the_bound_is_at_samples() {
     simplifier.thin(Allowance {
         vertical: 1.0,
         outline: 0.0,
+        breaklines: 0.0,
     });
     let off = |vertex: &u32| {
         let point = simplifier.sampled.surface.point(*vertex);
@@ -241,6 +248,7 @@ fn a_fully_triangulated_plane_collapses_to_two_triangles() {
         simplifier.thin(Allowance {
             vertical: 0.001,
             outline: 0.0,
+            breaklines: 0.0,
         });
         assert_eq!(simplifier.surface().triangle_count(), 2, "{quality:?}");
     }
@@ -256,6 +264,7 @@ fn vertices_of_a_round_do_not_meet_so_levels_stay_few() {
     simplifier.simplify(Allowance {
         vertical: 10.0,
         outline: 0.0,
+        breaklines: 0.0,
     });
     let levels = highest_level(&fine, simplifier.log());
     assert!(
@@ -307,6 +316,7 @@ fn the_outline_of_a_hole_strays_no_further_than_allowed() {
         simplifier.simplify(Allowance {
             vertical: 1000.0,
             outline: allowed,
+            breaklines: 0.0,
         });
         let (mesh, _) = simplifier.surface().mesh();
         mesh::validate(&mesh).unwrap();
@@ -356,7 +366,11 @@ fn holes_within_what_the_outline_may_stray_are_closed_and_no_others() {
             let mut simplifier = simplifier(Surface::new(&fine, &reference), quality);
             // A cell is 30 m wide: the middle of a hole of one void is so far from its edge, that of the large one 60 m.
             for (vertical, outline) in [(2.0, 29.0), (4.0, 45.0), (8.0, 45.0), (1000.0, 45.0)] {
-                simplifier.simplify(Allowance { vertical, outline });
+                simplifier.simplify(Allowance {
+                    vertical,
+                    outline,
+                    breaklines: 0.0,
+                });
                 assert!(simplifier.outline_strayed() <= outline);
             }
             let log = simplifier.log().clone();
@@ -397,6 +411,7 @@ fn a_closed_hole_opens_again_wherever_the_surface_is_refined() {
     simplifier.simplify(Allowance {
         vertical: 20.0,
         outline: 45.0,
+        breaklines: 0.0,
     });
     let log = simplifier.log();
     let mut surface = AdaptiveSurface::new(&fine, log).unwrap();

@@ -1,9 +1,11 @@
 //! A mesh while it is edited over its reference surface: vertices in flat arrays beside their connectivity.
 
+use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use crate::height_field::kept_chains::ordered;
 use crate::height_field::reference::{Bound, Deviation, GridPoint, Reference};
 use crate::height_field::scan;
 use crate::mesh::{Mesh, plan_orientation};
@@ -20,6 +22,8 @@ pub struct Surface<'a> {
     heights: Vec<f64>,
     /// Where vertices are on the grid; empty where that is quickly computed.
     grid: Vec<DVec2>,
+    /// Edges that are kept, the lower number first.
+    pub(crate) breaklines: BTreeSet<[u32; 2]>,
 }
 
 impl<'a> Surface<'a> {
@@ -32,11 +36,34 @@ impl<'a> Surface<'a> {
             plan: Vec::new(),
             heights: Vec::new(),
             grid: Vec::new(),
+            breaklines: BTreeSet::new(),
         };
         for position in &mesh.positions {
             surface.push(position.truncate(), position.z);
         }
         surface
+    }
+
+    /// The same with those of its edges kept that are between such plan positions; others are none of its edges.
+    #[must_use]
+    pub fn with_breaklines(mut self, edges: &[[DVec2; 2]]) -> Self {
+        if edges.is_empty() {
+            return self;
+        }
+        let bits = |place: DVec2| [place.x, place.y].map(|coordinate| (coordinate + 0.0).to_bits());
+        let both_ways = edges.iter().flat_map(|&[a, b]| [[a, b], [b, a]]);
+        let kept: HashSet<[[u64; 2]; 2]> = both_ways.map(|edge| edge.map(bits)).collect();
+        let all = self.triangles().flat_map(|(_, [a, b, c])| [[a, b], [b, c], [c, a]]);
+        let is_kept = |edge: &[u32; 2]| kept.contains(&edge.map(|end| bits(self.plan(end))));
+        self.breaklines = all.filter(is_kept).map(ordered).collect();
+        self
+    }
+
+    /// The edges that are kept, by the vertices' places in plan.
+    #[must_use]
+    pub fn breaklines(&self) -> Vec<[DVec2; 2]> {
+        let edges = self.breaklines.iter();
+        edges.map(|edge| edge.map(|end| self.plan(end))).collect()
     }
 
     /// The mesh as it is now, its vertices renumbered in order, and the number that each had here.
@@ -67,6 +94,13 @@ impl<'a> Surface<'a> {
             permute(&mut self.grid, &order, live);
         }
         self.connectivity.reorder(&order[..live]);
+        if !self.breaklines.is_empty() {
+            let numbers = inverse(&order, order.len());
+            let edges = self.breaklines.iter();
+            self.breaklines = edges
+                .map(|edge| ordered(edge.map(|end| numbers[end as usize])))
+                .collect();
+        }
         self
     }
 

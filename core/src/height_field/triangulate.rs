@@ -19,6 +19,8 @@ pub struct Outline {
     pub vertices: Vec<DVec3>,
     /// Pairs of vertices joined by an edge; they may touch, but not cross.
     pub segments: Vec<[u32; 2]>,
+    /// The same, but there is surface on both sides of them, or on none.
+    pub breaklines: Vec<[u32; 2]>,
     /// Whether some of the convex hull is outside, so that faces must be told apart.
     pub has_outside: bool,
 }
@@ -34,18 +36,44 @@ pub enum TriangulateError {
     Crossing(u32, u32),
 }
 
+/// What an outline becomes.
+#[derive(Clone, Debug, Default)]
+pub struct Triangulated {
+    /// The surface.
+    pub mesh: Mesh,
+    /// Ends in plan of the edges that breaklines became; some may be no edges of the surface.
+    pub breaklines: Vec<[DVec2; 2]>,
+}
+
 /// Triangulates `outline`. `is_inside` tells whether a plan position, never one on the outline, belongs to the surface.
 ///
 /// # Errors
 /// When the outline is none.
-pub fn triangulate(outline: &Outline, is_inside: impl Fn(DVec2) -> bool) -> Result<Mesh, TriangulateError> {
-    let (triangulation, _) = constrained(&outline.vertices, outline.segments.iter())?;
+pub fn triangulate(outline: &Outline, is_inside: impl Fn(DVec2) -> bool) -> Result<Triangulated, TriangulateError> {
+    let (triangulation, handles) = constrained(outline, &[])?;
     let inside = if outline.has_outside {
-        inside(&triangulation, &is_inside)
+        let mut bounds = vec![false; triangulation.num_directed_edges()];
+        for edge in edges_of(&triangulation, &handles, &outline.segments) {
+            bounds[edge.index()] = true;
+            bounds[edge.rev().index()] = true;
+        }
+        inside(&triangulation, |edge| bounds[edge.index()], &is_inside)
     } else {
         vec![true; triangulation.num_all_faces()]
     };
-    Ok(mesh_of(&triangulation, &inside))
+    Ok(Triangulated {
+        mesh: mesh_of(&triangulation, &inside),
+        breaklines: breaklines(&triangulation, &handles, outline),
+    })
+}
+
+/// Ends in plan of the edges that breaklines became.
+fn breaklines(triangulation: &Constrained, handles: &[FixedVertexHandle], outline: &Outline) -> Vec<[DVec2; 2]> {
+    let edges = edges_of(triangulation, handles, &outline.breaklines);
+    let ends = |edge: FixedDirectedEdgeHandle| triangulation.directed_edge(edge).vertices();
+    edges
+        .map(|edge| ends(edge).map(|end| end.data().0.truncate()))
+        .collect()
 }
 
 /// The faces that are inside.
@@ -70,15 +98,12 @@ fn mesh_of(triangulation: &Constrained, inside: &[bool]) -> Mesh {
 ///
 /// # Errors
 /// When a vertex cannot be triangulated or segments cross.
-pub fn triangulate_beside(outline: &Outline, boundary: &[[u32; 2]]) -> Result<Mesh, TriangulateError> {
-    let segments = outline.segments.iter().chain(boundary);
-    let (triangulation, handles) = constrained(&outline.vertices, segments)?;
+pub fn triangulate_beside(outline: &Outline, boundary: &[[u32; 2]]) -> Result<Triangulated, TriangulateError> {
+    let (triangulation, handles) = constrained(outline, boundary)?;
     let mut turns = vec![0_i32; triangulation.num_directed_edges()];
-    for &[from, to] in boundary {
-        for edge in edges_along(&triangulation, handles[from as usize], handles[to as usize]) {
-            turns[edge.index()] += 1;
-            turns[edge.rev().index()] -= 1;
-        }
+    for edge in edges_of(&triangulation, &handles, boundary) {
+        turns[edge.index()] += 1;
+        turns[edge.rev().index()] -= 1;
     }
     let mut inside = vec![false; triangulation.num_all_faces()];
     let mut seen = inside.clone();
@@ -93,7 +118,21 @@ pub fn triangulate_beside(outline: &Outline, boundary: &[[u32; 2]]) -> Result<Me
         let is_left = edges.map(|edge| turns[edge.fix().index()]).sum::<i32>() > 0;
         region.iter().for_each(|face| inside[face.index()] = is_left);
     }
-    Ok(mesh_of(&triangulation, &inside))
+    Ok(Triangulated {
+        mesh: mesh_of(&triangulation, &inside),
+        breaklines: breaklines(&triangulation, &handles, outline),
+    })
+}
+
+/// The edges that segments between vertices became.
+fn edges_of<'a>(
+    triangulation: &'a Constrained,
+    handles: &'a [FixedVertexHandle],
+    segments: &'a [[u32; 2]],
+) -> impl Iterator<Item = FixedDirectedEdgeHandle> + 'a {
+    segments
+        .iter()
+        .flat_map(|&[from, to]| edges_along(triangulation, handles[from as usize], handles[to as usize]))
 }
 
 /// The edges that a segment became: more than one where it runs through vertices.
@@ -141,17 +180,19 @@ impl HasPosition for Vertex {
     }
 }
 
-fn constrained<'a>(
-    vertices: &[DVec3],
-    segments: impl Iterator<Item = &'a [u32; 2]>,
+/// The triangulation of an outline with further segments.
+fn constrained(
+    outline: &Outline,
+    boundary: &[[u32; 2]],
 ) -> Result<(Constrained, Vec<FixedVertexHandle>), TriangulateError> {
     let mut triangulation = Constrained::new();
-    let mut handles = Vec::with_capacity(vertices.len());
-    for (index, &vertex) in vertices.iter().enumerate() {
+    let mut handles = Vec::with_capacity(outline.vertices.len());
+    for (index, &vertex) in outline.vertices.iter().enumerate() {
         let handle = triangulation.insert(Vertex(vertex));
         handles.push(handle.map_err(|_| TriangulateError::Coordinate(index))?);
     }
-    for &[a, b] in segments {
+    let lines = outline.segments.iter().chain(boundary).chain(&outline.breaklines);
+    for &[a, b] in lines {
         let (from, to) = (handles[a as usize], handles[b as usize]);
         if from != to && !triangulation.can_add_constraint(from, to) {
             return Err(TriangulateError::Crossing(a, b));
@@ -161,19 +202,21 @@ fn constrained<'a>(
     Ok((triangulation, handles))
 }
 
-/// For each face whether it is of the surface: faces joined across edges that are no segments are alike, and what
+/// For each face whether it is of the surface: faces joined across edges that do not bound are alike, and what
 /// most of their area says decides, since close to the outline rounding may tell wrong. A region that is nowhere
 /// wider than rounding lies between an outline that should be straight and its chord: it is outside.
-fn inside(triangulation: &Constrained, is_inside: &impl Fn(DVec2) -> bool) -> Vec<bool> {
+fn inside(
+    triangulation: &Constrained,
+    bounds: impl Fn(FixedDirectedEdgeHandle) -> bool,
+    is_inside: &impl Fn(DVec2) -> bool,
+) -> Vec<bool> {
     let mut inside = vec![false; triangulation.num_all_faces()];
     let mut seen = inside.clone();
     for face in triangulation.inner_faces() {
         if seen[face.index()] {
             continue;
         }
-        let region = region(triangulation, face.fix(), &mut seen, |edge| {
-            triangulation.is_constraint_edge(edge.as_undirected())
-        });
+        let region = region(triangulation, face.fix(), &mut seen, &bounds);
         let (mut vote, mut area) = (0.0, 0.0);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &face in &region {

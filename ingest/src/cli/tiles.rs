@@ -1,5 +1,7 @@
 //! What surfaces are to be.
 
+use std::path::PathBuf;
+
 use clap::{Args, ValueEnum};
 use terrain_tiles::metadata::OutsidePolicy;
 
@@ -30,6 +32,10 @@ pub(crate) struct SurfaceArgs {
     /// How much work goes into few triangles; the error is the same for all.
     #[arg(long, value_enum, default_value = "default")]
     pub(crate) quality: Quality,
+    /// Lines (GeoJSON, Shapefile, FlatGeobuf, GeoPackage) that the surface keeps as edges: ridges, shores, walls; of polygons, their
+    /// rings. They lie on the surface as it is: heights that they have themselves are not used.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) breaklines: Option<PathBuf>,
 }
 
 /// What is where nothing was measured.

@@ -1,14 +1,15 @@
 //! Commands that measure what was made, or tell what it says of itself.
 
 use std::fmt::{self, Display};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use terrain_ingest::globe::Seen;
-use terrain_ingest::samples::Overrides;
+use terrain_ingest::samples::{Overrides, Raster};
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::{StoredRaster, TakeError};
+use terrain_ingest::verify::Source;
 use terrain_ingest::{curved_model, polygonal_model, verify};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::metadata::{HeightsAbove, Metadata, Vertical};
@@ -23,7 +24,7 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{}: {error}", arguments.subject.display())));
     }
     let memory = memory(&arguments.run);
-    let overrides = overrides_of(&arguments.subject, arguments.raster)?;
+    let overrides = overrides_of(&arguments.subject, arguments.raster, arguments.breaklines)?;
     let rasters = open(&arguments.dems, overrides, &progress)?;
     let work = tempfile::tempdir()
         .context("a folder for samples")
@@ -40,16 +41,21 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
         TakeError::Store(error) => Failure::Other(error),
     })?;
     let (json, subject) = (arguments.run.json, &arguments.subject);
+    let breaklines = rasters.provenance().breaklines;
+    let source = Source {
+        breaklines: &breaklines,
+        ..stored.source()
+    };
     let holds = if is_mesh {
         let claim = arguments.max_error.map(|error| verify::Claim {
             error,
             bound: bound_name(arguments.bound).to_owned(),
         });
-        let report = verify::mesh(subject, stored.source(), claim, memory).map_err(Failure::Input)?;
+        let report = verify::mesh(subject, source, claim, memory).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     } else {
-        let report = verify::archive(subject, stored.source(), memory, &progress).map_err(Failure::Input)?;
+        let report = verify::archive(subject, source, memory, &progress).map_err(Failure::Input)?;
         print(&report, json)?;
         report.holds()
     };
@@ -57,13 +63,13 @@ pub(super) fn check(arguments: VerifyArgs) -> Result<(), Failure> {
 }
 
 /// The same for an archive to verify, which says how its rasters were read.
-fn overrides_of(subject: &Path, raster: RasterArgs) -> Result<Overrides, Failure> {
+fn overrides_of(subject: &Path, raster: RasterArgs, breaklines: Option<PathBuf>) -> Result<Overrides, Failure> {
     if has_extension(subject, &["ply", "obj"]) {
-        return Ok(overrides(raster, HeightsAbove::Source));
+        return Ok(overrides(raster, breaklines, HeightsAbove::Source));
     }
     let archive = Reader::open(subject).map_err(|error| Failure::Input(error.into()))?;
     let asked = archive.metadata().asked.clone();
-    let said = overrides(raster, asked.vertical.heights);
+    let said = overrides(raster, breaklines, asked.vertical.heights);
     Ok(Overrides {
         crs: said.crs.or(asked.crs),
         bounds: said.bounds.or(asked.bounds),

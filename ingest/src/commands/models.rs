@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use anyhow::anyhow;
 use serde::Serialize;
+use terrain_ingest::samples::Raster;
 use terrain_ingest::{curved_model, curved_terrain, polygonal_model, tin};
 use terrain_tiles::metadata::HeightsAbove;
 
-use super::shared::{blamed, check_output, has_extension, overrides, prepare, print_finished, read};
+use super::shared::{blamed, check_output, grid, has_extension, open, overrides, prepare, print_finished, read};
 use crate::cli::{ClodArgs, MeshArgs, TinArgs};
 use crate::failure::Failure;
 
@@ -20,13 +21,16 @@ pub(super) fn triangulate(arguments: TinArgs) -> Result<(), Failure> {
         return Err(Failure::Input(anyhow!("{output}: meshes are written as .ply or .obj")));
     }
     let progress = prepare(&arguments.run)?;
-    let overrides = overrides(arguments.raster, HeightsAbove::Source);
-    let grid = read(&arguments.dems, overrides, &progress)?;
+    let surface = arguments.surface;
+    let overrides = overrides(arguments.raster, surface.breaklines, HeightsAbove::Source);
+    let rasters = open(&arguments.dems, overrides, &progress)?;
     let options = tin::Options {
         max_error: arguments.max_error,
-        bound: arguments.surface.bound.into(),
-        quality: arguments.surface.quality.into(),
+        bound: surface.bound.into(),
+        quality: surface.quality.into(),
+        breaklines: rasters.provenance().breaklines,
     };
+    let grid = grid(&arguments.dems, rasters)?;
     let report = tin::run(&grid, &options, &arguments.output, &progress).map_err(Failure::Other)?;
     print_finished(report, &arguments.output, started, arguments.run.json)
 }
@@ -72,7 +76,7 @@ pub(super) fn curve(arguments: ClodArgs) -> Result<(), Failure> {
         let name = arguments.input.display();
         Failure::Input(anyhow!("{name}: a surface of a raster needs --max-error METRES"))
     })?;
-    let overrides = overrides(arguments.raster, HeightsAbove::Source);
+    let overrides = overrides(arguments.raster, None, HeightsAbove::Source);
     let grid = read(&[arguments.input], overrides, &progress)?;
     let on_lattice = max_error * (1.0 - curved_model::LATTICE_SHARE);
     let (levels, report) = curved_terrain::run(&grid, on_lattice, &progress).map_err(Failure::Other)?;

@@ -47,7 +47,7 @@ pub(super) fn prepare(run: &RunArgs) -> Result<Progress, Failure> {
 }
 
 /// `heights` is what they are above where the person does not say it.
-pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides {
+pub(super) fn overrides(raster: RasterArgs, breaklines: Option<PathBuf>, heights: HeightsAbove) -> Overrides {
     Overrides {
         crs: raster.crs,
         bounds: raster.bounds,
@@ -72,6 +72,7 @@ pub(super) fn overrides(raster: RasterArgs, heights: HeightsAbove) -> Overrides 
             by_order: matches!(raster.priority, Priority::Order),
             water: raster.water.map(|path| path.display().to_string()),
             flatten: raster.flatten.map(|path| path.display().to_string()),
+            breaklines: breaklines.map(|path| path.display().to_string()),
             fill: matches!(raster.voids, VoidPolicy::Fill).then_some(Fill {
                 widest: raster.fill_width,
             }),
@@ -125,8 +126,12 @@ pub(super) fn open(dems: &[PathBuf], overrides: Overrides, progress: &Progress) 
 }
 
 pub(super) fn read(dems: &[PathBuf], overrides: Overrides, progress: &Progress) -> Result<HeightGrid, Failure> {
-    let grid = raster::read(&files(dems)?, &read_options(overrides, progress))
-        .map_err(|error| Failure::Input(error.into()))?;
+    grid(dems, open(dems, overrides, progress)?)
+}
+
+/// All samples of opened rasters, which are to have a surface.
+pub(super) fn grid(dems: &[PathBuf], rasters: Rasters) -> Result<HeightGrid, Failure> {
+    let grid = rasters.grid().map_err(|error| Failure::Input(error.into()))?;
     if !grid.has_surface() {
         let first = dems[0].display();
         return Err(Failure::Input(anyhow!(

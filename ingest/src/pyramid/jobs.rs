@@ -27,6 +27,7 @@ use terrain_tiles::tile::{Lineage, Tile};
 
 use super::plan::Plan;
 use crate::border::BorderCurve;
+use crate::breaklines::Breaklines;
 use crate::certify::Certifier;
 use crate::chunk_view::ChunkView;
 use crate::chunks::ChunkedRaster;
@@ -61,6 +62,7 @@ pub(crate) struct Jobs<'a> {
     georeference: &'a GeoReference,
     /// Of the lattice that the raster is a part of: what is asked of it does not change when the raster grows.
     of_lattice: GeoReference,
+    breaklines: Breaklines,
     curves: Cache<Edge, Arc<BorderCurve>>,
 }
 
@@ -68,6 +70,8 @@ pub(crate) struct Jobs<'a> {
 pub(crate) struct Child {
     pub(crate) square: Square,
     pub(crate) coarsest: Mesh,
+    /// Edges of it along breaklines, by their ends.
+    pub(crate) breaklines: Vec<[[i64; 2]; 2]>,
     pub(crate) lineage: Lineage,
 }
 
@@ -77,6 +81,7 @@ impl Child {
         Self {
             square,
             coarsest: tile.surface(tile.coarsest()),
+            breaklines: tile.breaklines.clone(),
             lineage: tile.lineage,
         }
     }
@@ -131,7 +136,8 @@ impl<'a> PlanOfTile<'a> {
 }
 
 impl<'a> Jobs<'a> {
-    pub(crate) fn new(plan: Plan, raster: &'a StoredRaster) -> Self {
+    /// `breaklines` are in coordinates of the raster's reference system.
+    pub(crate) fn new(plan: Plan, raster: &'a StoredRaster, breaklines: &[Vec<[f64; 2]>]) -> Self {
         let StoredRaster {
             chunks: raster,
             georeference,
@@ -142,6 +148,7 @@ impl<'a> Jobs<'a> {
             raster,
             georeference,
             of_lattice: georeference.of_lattice(),
+            breaklines: Breaklines::new(breaklines, georeference),
             curves: Cache::new(CURVES),
         }
     }
@@ -224,12 +231,21 @@ impl<'a> Jobs<'a> {
         Ok([west?, south?, east?, north?])
     }
 
-    fn border_source<'b>(&self, window: &'b HeightGrid) -> BorderSource<'b> {
+    fn border_source<'b>(&'b self, window: &'b HeightGrid) -> BorderSource<'b> {
         BorderSource {
             lattice: self.plan.lattice,
             georeference: &window.georeference,
             heights: window.whole(),
+            breaklines: &self.breaklines,
         }
+    }
+
+    /// All that a square has of breaklines depends on these bytes; none where it has none.
+    pub(crate) fn bytes_of_breaklines(&self, [columns, rows]: &[Range<usize>; 2]) -> Vec<u8> {
+        let origin = DVec2::from(self.georeference.origin().map(|first| first as f64));
+        let corner = |column: usize, row: usize| DVec2::new(column as f64, row as f64) + origin;
+        let corners = [corner(columns.start, rows.start), corner(columns.end, rows.end)];
+        self.breaklines.bytes_near(corners)
     }
 
     /// Columns and rows of the samples along a side; none where nothing has a height.
@@ -304,8 +320,8 @@ impl<'a> Jobs<'a> {
 
     /// The leaf of a square, if the raster has a surface there.
     ///
-    /// Above the deepest zoom it is made of some of its samples, and measured against all. Where the surface ends in it, it is made of
-    /// smaller leaves, as parents are, and nobody else sees those: the outline is that of all samples.
+    /// Above the deepest zoom it is made of some of its samples, and measured against all. Where the surface ends in it or has a breakline, it is
+    /// made of smaller leaves, as parents are, and nobody else sees those: the outline is that of all samples.
     ///
     /// # Errors
     /// When samples cannot be read.
@@ -335,8 +351,11 @@ impl<'a> Jobs<'a> {
         self.parent(square, cells, &children).map(Some)
     }
 
-    /// Whether all samples under a square and just beside it have heights, so that no outline is there.
+    /// Whether all samples under a square and just beside it have heights, so that no outline is there, nor a breakline.
     fn is_whole(&self, square: Square, [columns, rows]: &[Range<usize>; 2]) -> Result<bool> {
+        if !self.bytes_of_breaklines(&[columns.clone(), rows.clone()]).is_empty() {
+            return Ok(false);
+        }
         let size = self.raster.size();
         let reaches_an_end = |range: &Range<usize>, size: usize| range.start == 0 || range.end == size;
         if reaches_an_end(columns, size[0]) || reaches_an_end(rows, size[1]) {
@@ -437,14 +456,17 @@ impl<'a> Jobs<'a> {
         let strayed = strayed + lattice.degrees_per_unit() * METRES_IN_A_DEGREE;
         let kinds = kinds(&mesh, lattice.extent(square.zoom));
         let mut simplifier = Simplifier::new(surface, kinds, build.shape(), self.plan.quality);
+        let in_plan = (self.plan.error_at(square.zoom) - strayed).max(0.0);
         simplifier.thin(Allowance {
             vertical: tolerance,
-            outline: (self.plan.error_at(square.zoom) - strayed).max(0.0),
+            outline: in_plan,
+            breaklines: in_plan,
         });
-        let outline_strayed = strayed + simplifier.outline_strayed();
-        let mesh = simplifier.into_surface().in_memory_order().mesh().0;
+        let outline_strayed = strayed + simplifier.outline_strayed().max(simplifier.breaklines_strayed());
+        let surface = simplifier.into_surface().in_memory_order();
         let finest = Finest {
-            mesh,
+            breaklines: surface.breaklines(),
+            mesh: surface.mesh().0,
             outline_strayed,
             error: None,
         };
@@ -463,6 +485,7 @@ impl<'a> Jobs<'a> {
             };
             let finest = Finest {
                 mesh: self.welded(children)?,
+                breaklines: self.breaklines_of(children),
                 outline_strayed: largest(|lineage| lineage.outline_strayed),
                 error: Some(largest(|lineage| lineage.coarsest_measured)),
             };
@@ -502,6 +525,18 @@ impl<'a> Jobs<'a> {
             self.plan.bound,
         );
         make(&reference, &certifier)
+    }
+
+    /// The edges along breaklines of a family, in the parent's coordinates.
+    fn breaklines_of(&self, family: &[Child]) -> Vec<[DVec2; 2]> {
+        let of_child = |child: &Child| {
+            let place = |[x, y]: [i64; 2]| {
+                let at = DVec3::new(x as f64, y as f64, 0.0);
+                self.plan.lattice.in_parent(child.square, at).truncate()
+            };
+            child.breaklines.iter().map(|edge| edge.map(place)).collect::<Vec<_>>()
+        };
+        family.iter().flat_map(of_child).collect()
     }
 
     /// The coarsest meshes of a family as one, in the parent's coordinates.

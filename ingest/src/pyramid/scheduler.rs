@@ -132,28 +132,32 @@ impl Scheduler<'_> {
         } else {
             self.names_of_chunks(square, cells)
         };
-        Ok(self.named(square, cells, &[&samples, &below]))
+        let lines = if children.is_empty() {
+            self.jobs.bytes_of_breaklines(cells)
+        } else {
+            Vec::new()
+        };
+        Ok(self.named(square, cells, &[&samples, &below], &lines))
     }
 
     /// Everything that a subtree is made from.
     fn subtree_name(&self, square: Square, cells: &[Range<usize>; 2]) -> Name {
         let depths = self.jobs.plan.depths.fingerprint(square);
-        self.named(
-            square,
-            cells,
-            &[&self.names_of_chunks(square, cells), depths.as_bytes()],
-        )
+        let lines = self.jobs.bytes_of_breaklines(cells);
+        let parts = [self.names_of_chunks(square, cells), depths.into_bytes()];
+        self.named(square, cells, &parts.each_ref().map(Vec::as_slice), &lines)
     }
 
-    /// The name of what is made for a square by the plan, of such parts. How far samples reach, and up to which level there are
+    /// The name of what is made for a square by the plan, of such parts, and of breaklines if there are any. How far samples reach, and up to which level there are
     /// blocks of them, is a part of it, too.
-    fn named(&self, square: Square, cells: &[Range<usize>; 2], parts: &[&[u8]]) -> Name {
+    fn named(&self, square: Square, cells: &[Range<usize>; 2], parts: &[&[u8]], lines: &[u8]) -> Name {
         let raster = self.jobs.raster;
         let level = self.jobs.plan.height(square).min(raster.top());
         let place = format!("{square:?} {level} {:?}", raster.on_lattice(cells));
         let plan = self.jobs.plan.name.bytes();
         let all = [plan.as_slice(), place.as_bytes()].into_iter();
-        Name::of(all.chain(parts.iter().copied()))
+        let lines = Some(lines).filter(|lines| !lines.is_empty());
+        Name::of(all.chain(parts.iter().copied()).chain(lines))
     }
 
     /// The names of all chunks that have samples under a square, or just beside it where coarse samples of its height may be.

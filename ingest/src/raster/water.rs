@@ -13,7 +13,7 @@ use terrain_tiles::water;
 use super::ReadError;
 use super::composition::common;
 use super::layout::is_laid_plane;
-use super::polygons::{layers, rings_in, wgs84};
+use super::vectors::{polygons, rings_in, wgs84};
 use crate::georeference::{Crs, nearest_turn};
 
 /// Places in a degree that are told of water: a centimetre on the ground.
@@ -46,9 +46,9 @@ pub(super) fn lakes(path: &Path, is_water: bool, lattice: &Crs, to_crs: DAffine2
     let position = |source| ReadError::Position(path.to_owned(), source);
     let (to_lattice, wgs84) = (to_crs.inverse(), wgs84());
     let mut found = Vec::new();
-    for layer in layers(path, laid)? {
-        for polygons in layer.features {
-            let rings = polygons.concat();
+    for layer in polygons(path, laid)? {
+        for of_feature in layer.features {
+            let rings = of_feature.concat();
             let on_earth = if is_water {
                 rings_in(&rings, &layer.crs, &wgs84).map_err(position)?
             } else {

@@ -237,6 +237,7 @@ fn tile(address: TileAddress, mesh: &Mesh, collapses: &[Option<(DVec2, DVec2)>])
         height_exponent: -6,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         partition,
         outline_errors,
     }

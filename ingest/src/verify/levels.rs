@@ -14,13 +14,16 @@ use anyhow::Result;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use terrain_tiles::address::TileAddress;
+use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
 use terrain_tiles::pyramid::Summary;
 use terrain_tiles::tile::Tile;
 
 use super::beside::{Beside, around, outline_slack};
+use super::breaklines::{Chains, Lines, Piece};
 use super::deviation::{Worst, along_edges, is_covered, visit_posts};
 use super::drawing::{Drawing, interior_levels, no_surface, unsound};
 use super::drawn::{Level, drawings, earth, levels};
+use super::outline::plan_edges;
 use super::report::{ROUNDING, Violation};
 use super::sides::side_edges;
 use super::source::{Block, Patch, Post, Source};
@@ -30,6 +33,9 @@ use super::square::Square;
 use super::surface::Surface;
 use super::tiles::Tiles;
 
+/// Lattice units that a part of a line reaches at least from where it begins for an edge to be asked for.
+const LEAST_LINE: f64 = 8.0;
+
 /// What is needed to measure any tile.
 pub(super) struct Measure<'a> {
     pub(super) source: Source<'a>,
@@ -37,6 +43,7 @@ pub(super) struct Measure<'a> {
     /// Where there is a tile.
     pub(super) exist: &'a BTreeSet<TileAddress>,
     pub(super) outline: &'a SourceOutline<'a>,
+    pub(super) lines: &'a Lines,
     /// Whether errors are claimed between samples, too.
     pub(super) between_samples: bool,
     /// Posts along a side of the blocks that are looked at.
@@ -81,6 +88,8 @@ struct Figures {
     vertical: Worst,
     left_out: Worst,
     excess: Worst,
+    /// Of lines from edges.
+    lines: Worst,
 }
 
 impl Figures {
@@ -89,6 +98,7 @@ impl Figures {
             vertical: self.vertical.max(other.vertical),
             left_out: self.left_out.max(other.left_out),
             excess: self.excess.max(other.excess),
+            lines: self.lines.max(other.lines),
         }
     }
 }
@@ -144,7 +154,8 @@ impl TileCheck<'_> {
             });
         }
         let levels = levels(self.tile, &self.earth, &drawings, self.measure.exist);
-        let figures = self.figures(&levels, spread)?;
+        let mut figures = self.figures(&levels, spread)?;
+        self.measure_lines(&levels, &mut figures)?;
         let placeless = |level: &Level| level.surface.feet.iter().any(|foot| !foot.grid.is_finite());
         if let Some(k) = levels.iter().position(placeless) {
             violations.push(self.violation("has a vertex that is nowhere in the raster's system", k));
@@ -240,9 +251,40 @@ impl TileCheck<'_> {
                     self.left_out(level, left_out, place, &mut beside)?
                 },
                 excess: outline.excess(source, &patch, region, &covered.voids, &mut near)?,
+                lines: Worst::default(),
             })
         };
         levels.iter().map(of_level).collect()
+    }
+
+    /// How far lines are from chains of edges, on each level.
+    fn measure_lines(&self, levels: &[Level], figures: &mut [Figures]) -> Result<()> {
+        let source = &self.measure.source;
+        let Some(block) = self.square.posts(source) else {
+            return Ok(());
+        };
+        let is_here = |at: DVec2| self.square.holds(source.georeference.geographic(at));
+        let pieces = self.measure.lines.pieces(source, &block, is_here)?;
+        let placed = |piece: Piece<DVec2>| {
+            let on_ellipsoid = piece.placed(|at| source.on_ellipsoid(at));
+            (piece.points, on_ellipsoid)
+        };
+        let mut pieces: Vec<(Vec<DVec2>, Piece<DVec3>)> = pieces.into_iter().map(placed).collect();
+        let unit = self.tile.address.degrees() / (1_u64 << self.tile.extent_bits) as f64 * METRES_IN_A_DEGREE;
+        pieces.retain(|(_, Piece { points, .. })| points.iter().any(|at| at.distance(points[0]) > LEAST_LINE * unit));
+        if pieces.is_empty() {
+            return Ok(());
+        }
+        for (level, figures) in levels.iter().zip(figures) {
+            let edges = plan_edges(&self.earth, &level.surface);
+            let within = self.tile.outline_errors[level.claims] + outline_slack(source, pieces[0].0[0]);
+            let chains = Chains::near(pieces.iter().map(|(_, piece)| piece), &edges, within);
+            for (grid, piece) in &pieces {
+                let (metres, index) = chains.farthest(piece);
+                figures.lines.meet(metres, grid[index]);
+            }
+        }
+        Ok(())
     }
 
     /// Plan distance of the farthest of `posts`, which no triangle covers, from the mesh; but those that a tile around this one
@@ -348,7 +390,7 @@ impl TileCheck<'_> {
     /// A level's claims beside what was found.
     fn compared(&self, k: usize, level: &Level, figures: &Figures) -> (LevelMeasured, Vec<Violation>) {
         let georeference = self.measure.source.georeference;
-        let outline = figures.left_out.max(figures.excess);
+        let outline = figures.left_out.max(figures.excess).max(figures.lines);
         let level = LevelMeasured {
             claimed: self.tile.partition.levels[level.claims].error,
             measured: figures.vertical.figure,
@@ -367,6 +409,12 @@ impl TileCheck<'_> {
             (
                 "outline: the mesh ends where the source does not",
                 figures.excess,
+                level.claimed_outline,
+                slack,
+            ),
+            (
+                "breakline: no chain of edges is along it",
+                figures.lines,
                 level.claimed_outline,
                 slack,
             ),

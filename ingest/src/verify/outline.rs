@@ -9,6 +9,7 @@ use rstar::RTree;
 use rstar::primitives::Line;
 use terrain_tiles::tile::Tile;
 
+use super::breaklines::PlanEdge;
 use super::deviation::Worst;
 use super::drawing::{Drawing, boundary_edges};
 use super::sides::side_of;
@@ -88,6 +89,15 @@ impl Outline {
                 .collect(),
         )
     }
+}
+
+/// All edges of a surface as seen on the ellipsoid.
+pub(super) fn plan_edges(earth: &Earth, surface: &Surface) -> Vec<PlanEdge> {
+    let edge = |ends: [u32; 2]| PlanEdge {
+        ends,
+        parts: pieces(earth, surface, ends),
+    };
+    surface.edges().map(edge).collect()
 }
 
 fn is_on_the_square(tile: &Tile, drawing: &Drawing, vertex: u32) -> bool {

@@ -6,7 +6,9 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use glam::DVec2;
 use rayon::prelude::*;
+use rstar::primitives::Line;
 
+use super::breaklines::{Chains, Lines, PlanEdge};
 use super::deviation::{Worst, along_edges, visit_posts};
 use super::drawing::{Drawing, no_surface};
 use super::mesh_file::{self, Claim};
@@ -14,6 +16,11 @@ use super::report::{MeshReport, ROUNDING, Violation};
 use super::source::{Block, Post, Source};
 use super::space::{Foot, Raster, Space};
 use super::surface::Surface;
+
+/// Cells by which edges along a breakline may stray from it in plan: a 64th, and what rounding to 256ths comes to.
+const LINES_STRAY: f64 = 1.0 / 64.0 + 2.0 / 256.0;
+/// Cells that a part of a line reaches at least from where it begins for an edge to be asked for.
+const LEAST_LINE: f64 = 2.0 / 256.0;
 
 /// Measures the mesh at `path`, a `.ply` or `.obj` file, against the raster that it was made from. What it claims is
 /// taken from its comments, or from `claim` where it says nothing. The raster's share of memory is at most some
@@ -118,7 +125,37 @@ fn measure(
         let violation = Violation::new("vertical error").at(crs(promised.place));
         violations.push(violation.figures(claim.error, promised.figure));
     }
+    let lines = farthest_line(source, &surface)?;
+    if lines.figure > LINES_STRAY {
+        let violation = Violation::new("breakline: no chain of edges is along it, in cells").at(crs(lines.place));
+        violations.push(violation.figures(LINES_STRAY, lines.figure));
+    }
     Ok(violations)
+}
+
+/// How far lines are from chains of edges, in cells.
+fn farthest_line(source: &Source, surface: &Surface) -> Result<Worst> {
+    let pieces = Lines::new(source).pieces(source, &source.whole(), |_| true)?;
+    let part = |at: glam::DVec3| [at.x, at.y, 0.0];
+    let edge = |ends: [u32; 2]| PlanEdge {
+        ends,
+        parts: vec![Line::new(
+            part(surface.positions[ends[0] as usize]),
+            part(surface.positions[ends[1] as usize]),
+        )],
+    };
+    let edges: Vec<PlanEdge> = surface.edges().map(edge).collect();
+    let pieces: Vec<_> = pieces.iter().map(|piece| piece.placed(|at| at.extend(0.0))).collect();
+    let chains = Chains::near(pieces.iter(), &edges, LINES_STRAY);
+    let mut worst = Worst::default();
+    for piece in &pieces {
+        let points = &piece.points;
+        if points.iter().any(|at| at.distance(points[0]) > LEAST_LINE) {
+            let (cells, index) = chains.farthest(piece);
+            worst.meet(cells, points[index].truncate());
+        }
+    }
+    Ok(worst)
 }
 
 fn in_block(source: &Source, surface: &Surface, block: &Block) -> Result<Found> {

@@ -15,6 +15,7 @@ fn tile(zoom: u8, x: u32, y: u32) -> Tile {
         height_exponent: 0,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         partition: SurfacePartition::default(),
         outline_errors: Vec::new(),
     }

@@ -18,6 +18,8 @@ pub struct Source<'a> {
     pub samples: &'a dyn Samples,
     /// From columns and rows to longitude and latitude.
     pub georeference: &'a GeoReference,
+    /// Lines that surfaces are said to keep as edges, in coordinates of the raster's reference system.
+    pub breaklines: &'a [Vec<[f64; 2]>],
 }
 
 impl<'a> From<&'a HeightGrid> for Source<'a> {
@@ -25,6 +27,7 @@ impl<'a> From<&'a HeightGrid> for Source<'a> {
         Self {
             samples: grid,
             georeference: &grid.georeference,
+            breaklines: &[],
         }
     }
 }

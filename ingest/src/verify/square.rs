@@ -20,7 +20,7 @@ impl Square {
         }
     }
 
-    fn holds(&self, place: DVec2) -> bool {
+    pub(super) fn holds(&self, place: DVec2) -> bool {
         place.cmpgt(self.low).all() && place.cmplt(self.high).all()
     }
 

@@ -65,6 +65,11 @@ impl Surface {
         2.0 * bulge(space, positions, feet) + moved[0].max(moved[1]) + 1.0
     }
 
+    /// The ends of all edges.
+    pub(super) fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
+        self.edges.iter().map(|edge| edge.ends)
+    }
+
     /// The edges that may come into the cells of `block`.
     pub(super) fn edges_near(&self, block: &Block) -> impl Iterator<Item = &SurfaceEdge> {
         self.edges.iter().filter(|edge| {

@@ -47,6 +47,7 @@ pub(crate) fn tile(address: TileAddress) -> Tile {
         height_exponent: -2,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         partition,
         outline_errors: vec![0.0; 5],
     }

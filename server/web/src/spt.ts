@@ -10,9 +10,10 @@ const [FIXED_BYTES, SAMPLING_BYTES] = [49, 32];
 const LONGEST_NUMBER = 6;
 const MAGIC = 0x4c545053; // "SPTL", little-endian
 /** Of a tile in which no split opens a hole, and of one in which some may. */
-const [VERSION, VERSION_WITH_HOLES] = [3, 4];
+const [VERSION, VERSION_WITH_HOLES, VERSION_WITH_BREAKLINES] = [3, 4, 5];
 const SIDES = 4;
 const SAMPLED = 1;
+const OPENS_HOLES = 2;
 /** Samples lie at least so far from each other and at most so far from the tile's corner, in lattice units. */
 const [LEAST_STEP, GREATEST_DISTANCE] = [2 ** -16, 2 ** 41];
 
@@ -127,7 +128,7 @@ function readHead(bytes: Uint8Array): { header: Header; entries: Entry[]; start:
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   check(view.getUint32(0, true) === MAGIC, "the magic is not SPTL");
   const version = view.getUint8(4);
-  check(version === VERSION || version === VERSION_WITH_HOLES, `version ${version} is not ${VERSION} or ${VERSION_WITH_HOLES}`);
+  check(version >= VERSION && version <= VERSION_WITH_BREAKLINES, `version ${version} is not ${VERSION} to ${VERSION_WITH_BREAKLINES}`);
   const numbers = new Numbers(bytes, FIXED_BYTES);
   const header = readHeader(view, numbers);
   return { header, entries: readDirectory(numbers, header.levelCount), start: numbers.at };
@@ -143,16 +144,24 @@ function readHeader(view: DataView, numbers: Numbers): Header {
   check(levelCount > SIDES && levelCount <= LIMITS.levels, `${levelCount} levels`);
   const [lowest, highest] = [view.getInt32(16, true), view.getInt32(20, true)];
   check(lowest <= highest, "the lowest height is above the highest");
+  const [version, flags] = [view.getUint8(4), view.getUint8(24)];
   const frame = {
     low: [0, 0, lowest],
     high: [2 ** extentBits, 2 ** extentBits, highest],
     boundaryFrom: levelCount - SIDES,
     baseVertices: numbers.next(),
     baseTriangles: numbers.next(),
-    opensHoles: view.getUint8(4) === VERSION_WITH_HOLES,
-    sampling: (view.getUint8(24) & SAMPLED) !== 0 ? readSampling(view, numbers) : undefined,
+    opensHoles: version === VERSION_WITH_HOLES || (version === VERSION_WITH_BREAKLINES && (flags & OPENS_HOLES) !== 0),
+    sampling: (flags & SAMPLED) !== 0 ? readSampling(view, numbers) : undefined,
   } as const;
+  if (version === VERSION_WITH_BREAKLINES) skipBreaklines(numbers);
   return { address, extentBits, heightStep: 2 ** view.getInt8(7), levelCount, frame };
+}
+
+/** Edges along breaklines are for whoever makes the parent of the tile. */
+function skipBreaklines(numbers: Numbers): void {
+  const count = numbers.next();
+  for (let number = 0; number < 4 * count; number++) numbers.signed();
 }
 
 function readSampling(view: DataView, numbers: Numbers): Sampling {

@@ -27,6 +27,7 @@ fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
         height_exponent: -6,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         partition: SurfacePartition::from_log(mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.0; 5],
     }

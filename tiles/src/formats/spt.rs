@@ -1,4 +1,4 @@
-//! The progressive tile format, versions 3 and 4: `docs/formats/spt.md` is its specification.
+//! The progressive tile format, versions 3 to 5: `docs/formats/spt.md` is its specification.
 //!
 //! ```text
 //! ┌────────┬───────────┬─────────┬─────────┬─ … ─┬──────┬───────┬──────┬───────┐
@@ -23,16 +23,20 @@ use super::{DecodeError, LevelLimits};
 const FORMAT: Format = Format {
     name: "progressive terrain tile",
     magic: *b"SPTL",
-    versions: [VERSION, VERSION_WITH_HOLES],
+    versions: [VERSION, VERSION_WITH_BREAKLINES],
 };
 /// Of a tile in which no split opens a hole.
 const VERSION: u8 = 3;
 /// Of one in which some may: readers of version 3 know nothing of such splits.
 const VERSION_WITH_HOLES: u8 = 4;
+/// Of one with breaklines: its flags tell whether splits may open holes.
+const VERSION_WITH_BREAKLINES: u8 = 5;
 /// Lattice coordinates must stay exact integers in an `f64`.
 const MAX_EXTENT_BITS: u8 = 40;
 /// The flag of a tile whose samples are told.
 const SAMPLED: u8 = 1;
+/// The flag of a tile with breaklines in which splits may open holes.
+const OPENS_HOLES: u8 = 2;
 
 /// Why a tile cannot be written.
 #[derive(Debug, Error, PartialEq)]
@@ -147,7 +151,7 @@ pub fn decode_prefix(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeE
 /// All that stands before the levels, and what follows.
 fn read_head<'a>(bytes: &'a [u8], limits: &LevelLimits) -> Result<(Header, Vec<Entry>, Fields<'a>), DecodeError> {
     let (mut fields, version) = Fields::open(bytes, &FORMAT)?;
-    let header = Header::read(&mut fields, version == VERSION_WITH_HOLES, limits)?;
+    let header = Header::read(&mut fields, version, limits)?;
     let entries = Directory::new(true).read_all(&mut fields, header.levels, limits)?;
     Ok((header, entries, fields))
 }
@@ -174,6 +178,7 @@ fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, Decode
         lineage: header.lineage,
         partition,
         outline_errors,
+        breaklines: header.breaklines.clone(),
     })
 }
 
@@ -209,11 +214,12 @@ struct Header {
     lineage: Lineage,
     start: Start,
     frame: Frame,
+    breaklines: Vec<[[i64; 2]; 2]>,
 }
 
 impl Header {
     /// All but the magic and the version.
-    fn read(fields: &mut Fields, opens_holes: bool, limits: &LevelLimits) -> Result<Self, DecodeError> {
+    fn read(fields: &mut Fields, version: u8, limits: &LevelLimits) -> Result<Self, DecodeError> {
         let [zoom, extent_bits, height_exponent] = fields.bytes()?;
         let [x, y, lowest, highest] = [(); 4].map(|()| fields.bytes());
         let [x, y] = [u32::from_le_bytes(x?), u32::from_le_bytes(y?)];
@@ -231,7 +237,8 @@ impl Header {
         let start = Start {
             vertices: fields.number()?,
             triangles: fields.number()?,
-            opens_holes,
+            opens_holes: version == VERSION_WITH_HOLES
+                || version == VERSION_WITH_BREAKLINES && flags & OPENS_HOLES != 0,
         };
         let frame = frame(
             extent_bits,
@@ -241,7 +248,13 @@ impl Header {
         if !frame.is_valid() {
             return Err(DecodeError::OutOfRange("the lattice"));
         }
+        let breaklines = if version == VERSION_WITH_BREAKLINES {
+            read_breaklines(fields, 1 << extent_bits)?
+        } else {
+            Vec::new()
+        };
         Ok(Self {
+            breaklines,
             address: TileAddress::new(zoom, x, y).ok_or(DecodeError::OutOfRange("the tile address"))?,
             extent_bits,
             height_exponent: height_exponent.cast_signed(),
@@ -255,8 +268,14 @@ impl Header {
 
 fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], start: Start) {
     bytes.extend(FORMAT.magic);
+    let has_breaklines = !tile.breaklines.is_empty();
+    let version = match (has_breaklines, start.opens_holes) {
+        (true, _) => VERSION_WITH_BREAKLINES,
+        (false, true) => VERSION_WITH_HOLES,
+        (false, false) => VERSION,
+    };
     bytes.extend([
-        if start.opens_holes { VERSION_WITH_HOLES } else { VERSION },
+        version,
         tile.address.zoom,
         tile.extent_bits,
         tile.height_exponent.cast_unsigned(),
@@ -264,12 +283,51 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], start: Star
     bytes.extend(tile.address.x.to_le_bytes());
     bytes.extend(tile.address.y.to_le_bytes());
     heights.iter().for_each(|height| bytes.extend(height.to_le_bytes()));
-    bytes.push(u8::from(tile.sampling.is_some()) * SAMPLED);
+    let holes = u8::from(has_breaklines && start.opens_holes) * OPENS_HOLES;
+    bytes.push(u8::from(tile.sampling.is_some()) * SAMPLED | holes);
     tile.lineage.write(bytes);
     bytes.extend(tile.partition.levels.len().encode_var_vec());
     bytes.extend(start.vertices.encode_var_vec());
     bytes.extend(start.triangles.encode_var_vec());
     tile.sampling.iter().for_each(|sampling| sampling.write(bytes));
+    if has_breaklines {
+        write_breaklines(bytes, &tile.breaklines);
+    }
+}
+
+/// Each end as what it is from the one before.
+fn write_breaklines(bytes: &mut Vec<u8>, breaklines: &[[[i64; 2]; 2]]) {
+    bytes.extend((breaklines.len() as u64).encode_var_vec());
+    let mut before = [0, 0];
+    for &end in breaklines.as_flattened() {
+        bytes.extend(
+            [0, 1]
+                .iter()
+                .flat_map(|&axis: &usize| (end[axis] - before[axis]).encode_var_vec()),
+        );
+        before = end;
+    }
+}
+
+/// Ends are on the lattice of a tile whose side has so many units.
+fn read_breaklines(fields: &mut Fields, extent: i64) -> Result<Vec<[[i64; 2]; 2]>, DecodeError> {
+    /// An edge takes four numbers of a byte or more.
+    const LEAST_BYTES: usize = 4;
+    let count = fields.number()? as usize;
+    if count > fields.remaining() / LEAST_BYTES {
+        return Err(DecodeError::OutOfRange("the number of edges along breaklines"));
+    }
+    let mut before = [0_i64, 0];
+    let mut edges = vec![[[0; 2]; 2]; count];
+    for end in edges.as_flattened_mut() {
+        for axis in [0, 1] {
+            let at = before[axis].checked_add(fields.signed_number()?);
+            let on_lattice = at.filter(|at| (0..=extent).contains(at));
+            end[axis] = on_lattice.ok_or(DecodeError::OutOfRange("an edge along a breakline"))?;
+        }
+        before = *end;
+    }
+    Ok(edges)
 }
 
 impl Lineage {

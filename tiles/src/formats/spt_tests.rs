@@ -43,6 +43,7 @@ pub(crate) fn small_tile() -> Tile {
         height_exponent: -2,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         partition: SurfacePartition::from_log(&mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.5, 0.25, 0.0, 0.0, 0.0, 0.0],
     }

@@ -42,6 +42,7 @@ fn tile(address: TileAddress) -> Tile {
         height_exponent: 0,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         partition: SurfacePartition::from_log(&mesh, &log, 2.5).unwrap(),
         outline_errors: vec![0.0; 5],
     }

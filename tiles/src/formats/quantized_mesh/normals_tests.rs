@@ -38,6 +38,7 @@ fn tile(zoom: u8, x: u32, y: u32) -> Tile {
         height_exponent: 0,
         sampling: None,
         lineage: Lineage::default(),
+        breaklines: Vec::new(),
         outline_errors: vec![0.0; 5],
         partition: SurfacePartition::from_log(&mesh, &log, 0.0).unwrap(),
     }

@@ -1,6 +1,8 @@
-//! How far the simplified edge of a surface strays from what it was: the chains of boundary vertices.
+//! How far chains of edges that a surface keeps stray from what they were: its outline, and breaklines inside it.
+//!
+//! Vertices of a chain stay where they are in plan, or go. So a chain is always a part of the vertices that it had at first.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DVec2, DVec3};
 
@@ -8,17 +10,17 @@ use crate::height_field::ground::Ground;
 use crate::height_field::scan::ON_A_LINE;
 use crate::height_field::surface::Surface;
 
-/// The boundary loops of a mesh as they were, and which of their vertices are left.
-pub(crate) struct OutlineChains {
-    /// All loops, one after the other.
+/// Chains of edges as they were, and which of their vertices are left. The ends of an open chain always are.
+pub(crate) struct KeptChains {
+    /// All chains, one after the other.
     passed: Vec<Passed>,
-    /// Where each loop begins in `passed`, and the end.
+    /// Where each chain begins in `passed`, and the end.
     starts: Vec<usize>,
-    /// For each vertex of the boundary how often it is passed, and where in `passed` it last is.
+    /// For each vertex of a chain how often it is passed, and where in `passed` it last is.
     visits: BTreeMap<u32, (u8, usize)>,
 }
 
-/// A vertex of the boundary where it was.
+/// A vertex of a chain where it was.
 struct Passed {
     vertex: u32,
     grid: DVec2,
@@ -27,7 +29,7 @@ struct Passed {
     is_left: bool,
 }
 
-/// How far the boundary strays from what it was along a new edge.
+/// How far a chain strays from what it was along a new edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Strays {
     /// Metres, at most.
@@ -48,17 +50,22 @@ impl Strays {
     };
 }
 
-impl OutlineChains {
-    pub(crate) fn new(surface: &Surface) -> Self {
+impl KeptChains {
+    fn none() -> Self {
+        Self {
+            passed: Vec::new(),
+            starts: vec![0],
+            visits: BTreeMap::new(),
+        }
+    }
+
+    /// The loops of a surface's boundary.
+    pub(crate) fn of_outline(surface: &Surface) -> Self {
         let mut following: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for (from, to) in surface.connectivity.boundary() {
             following.entry(from).or_default().push(to);
         }
-        let mut chains = Self {
-            passed: Vec::new(),
-            starts: vec![0],
-            visits: BTreeMap::new(),
-        };
+        let mut chains = Self::none();
         let mut walked = BTreeMap::new();
         for (&origin, ends) in &following {
             for turn in 0..ends.len() {
@@ -68,6 +75,67 @@ impl OutlineChains {
             }
         }
         chains
+    }
+
+    /// The breaklines of a surface: a chain from each vertex where one ends, or several meet, to the next; what is left are closed ones,
+    /// which begin and end at one of their vertices.
+    pub(crate) fn of_breaklines(surface: &Surface) -> Self {
+        let mut joined: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for &[a, b] in &surface.breaklines {
+            joined.entry(a).or_default().push(b);
+            joined.entry(b).or_default().push(a);
+        }
+        let (ends, others): (Vec<u32>, Vec<u32>) = joined.keys().partition(|vertex| joined[*vertex].len() != 2);
+        let mut chains = Self::none();
+        let mut walked = BTreeSet::new();
+        for origin in ends.into_iter().chain(others) {
+            for &next in &joined[&origin] {
+                if !walked.contains(&ordered([origin, next])) {
+                    chains.walk_line(surface, [origin, next], &joined, &mut walked);
+                }
+            }
+        }
+        chains
+    }
+
+    /// Follows a breakline from its first edge on, to where it ends or comes back.
+    fn walk_line(
+        &mut self,
+        surface: &Surface,
+        [origin, next]: [u32; 2],
+        joined: &BTreeMap<u32, Vec<u32>>,
+        walked: &mut BTreeSet<[u32; 2]>,
+    ) {
+        self.pass(surface, origin);
+        let (mut before, mut at) = (origin, next);
+        loop {
+            walked.insert(ordered([before, at]));
+            self.pass(surface, at);
+            let onwards = match joined[&at].as_slice() {
+                &[a, b] if at != origin => {
+                    if a == before {
+                        b
+                    } else {
+                        a
+                    }
+                }
+                _ => break,
+            };
+            (before, at) = (at, onwards);
+        }
+        self.starts.push(self.passed.len());
+    }
+
+    /// Puts a vertex at the end of the chain that is walked.
+    fn pass(&mut self, surface: &Surface, vertex: u32) {
+        let visit = self.visits.entry(vertex).or_default();
+        *visit = (visit.0.saturating_add(1), self.passed.len());
+        self.passed.push(Passed {
+            vertex,
+            grid: surface.grid(vertex),
+            place: surface.reference.ground.place(surface.plan(vertex)),
+            is_left: true,
+        });
     }
 
     fn walk(
@@ -84,22 +152,36 @@ impl OutlineChains {
                 break;
             };
             *used += 1;
-            let visit = self.visits.entry(at).or_default();
-            *visit = (visit.0.saturating_add(1), self.passed.len());
-            self.passed.push(Passed {
-                vertex: at,
-                grid: surface.grid(at),
-                place: surface.reference.ground.place(surface.plan(at)),
-                is_left: true,
-            });
+            self.pass(surface, at);
             at = next;
         }
         self.starts.push(self.passed.len());
     }
 
-    /// How many times the boundary passes a vertex: 0 inside the surface.
+    /// How many times chains pass a vertex.
     pub(crate) fn visits(&self, vertex: u32) -> u8 {
         self.visits.get(&vertex).map_or(0, |visit| visit.0)
+    }
+
+    /// Whether a vertex is between the ends of one chain, and of no other.
+    pub(crate) fn is_between_ends(&self, vertex: u32) -> bool {
+        let Some(&(1, place)) = self.visits.get(&vertex) else {
+            return false;
+        };
+        let (start, end) = self.chain_of(place);
+        start < place && place + 1 < end
+    }
+
+    /// Edges between the vertices of open chains that are left, each once.
+    pub(crate) fn left_edges(&self) -> BTreeSet<[u32; 2]> {
+        let mut edges = BTreeSet::new();
+        for ends in self.starts.windows(2) {
+            let left = self.passed[ends[0]..ends[1]].iter().filter(|passed| passed.is_left);
+            let left: Vec<u32> = left.map(|passed| passed.vertex).collect();
+            edges.extend(left.windows(2).map(|pair| ordered([pair[0], pair[1]])));
+        }
+        edges.retain(|[a, b]| a != b);
+        edges
     }
 
     pub(crate) fn remove(&mut self, vertex: u32) {
@@ -122,7 +204,7 @@ impl OutlineChains {
         let [Some(&(_, a)), Some(&(_, b)), Some(&(_, c))] = corners.map(|corner| self.visits.get(&corner)) else {
             return f64::INFINITY;
         };
-        let (start, end) = self.loop_of(a);
+        let (start, end) = self.chain_of(a);
         let across = |edge: [usize; 2]| {
             let [from, to] = edge.map(|end| &self.passed[end]);
             let mut width = [0.0_f64; 2];
@@ -137,8 +219,7 @@ impl OutlineChains {
         widths.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// How far the boundary vertices as they were are from the new edge, if the boundary vertex `blue` collapses into `red`
-    /// next to it.
+    /// How far the vertices of a chain as they were are from the new edge, if its vertex `blue` collapses into `red` next to it.
     pub(crate) fn strays(&self, ground: Ground, blue: u32, red: u32) -> Strays {
         let Some(&(_, place)) = self.visits.get(&blue) else {
             return Strays::IMPOSSIBLE;
@@ -148,7 +229,7 @@ impl OutlineChains {
             return Strays::IMPOSSIBLE;
         };
         let ends = [&self.passed[before], &self.passed[after]];
-        if ends.iter().all(|end| end.vertex != red) {
+        if ends.iter().all(|end| end.vertex != red) || ends[0].vertex == ends[1].vertex {
             return Strays::IMPOSSIBLE;
         }
         let mut strays = Strays::NONE;
@@ -163,7 +244,8 @@ impl OutlineChains {
         strays
     }
 
-    /// The nearest place along the loop whose vertex is left.
+    /// The nearest place along the chain, which is taken for a loop, whose vertex is left: what is between the ends of an open one comes
+    /// to these first.
     fn left_from(&self, place: usize, forward: bool) -> Option<usize> {
         let mut index = self.step(place, forward);
         while index != place && !self.passed[index].is_left {
@@ -172,14 +254,14 @@ impl OutlineChains {
         (index != place).then_some(index)
     }
 
-    /// Where in `passed` the loop of a place begins and ends.
-    fn loop_of(&self, place: usize) -> (usize, usize) {
-        let next_loop = self.starts.partition_point(|&start| start <= place);
-        (self.starts[next_loop - 1], self.starts[next_loop])
+    /// Where in `passed` the chain of a place begins and ends.
+    fn chain_of(&self, place: usize) -> (usize, usize) {
+        let next = self.starts.partition_point(|&start| start <= place);
+        (self.starts[next - 1], self.starts[next])
     }
 
     fn step(&self, place: usize, forward: bool) -> usize {
-        let (start, end) = self.loop_of(place);
+        let (start, end) = self.chain_of(place);
         match forward {
             true if place + 1 == end => start,
             true => place + 1,
@@ -187,6 +269,11 @@ impl OutlineChains {
             false => place - 1,
         }
     }
+}
+
+/// The ends of an edge, the lower number first.
+pub(crate) fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// Whether a point is on a segment, but for rounding.
