@@ -80,6 +80,7 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
   const showHeights = (tileset?: Tileset) => {
     setText("name", tileset?.name ?? "");
     setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
+    input("light").disabled = tileset?.source.normals === undefined;
     heights = tileset?.metadata.heights ?? heights;
     showLegend(element("style", HTMLSelectElement).selectedIndex, heights);
   };
@@ -161,6 +162,7 @@ function connectSwitch(id: string, key: string, apply: (on: boolean) => void): v
   box.addEventListener("input", update);
   box.addEventListener("change", () => box.blur());
   onKey(key, () => {
+    if (box.disabled) return;
     box.checked = !box.checked;
     update();
   });

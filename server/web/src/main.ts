@@ -1,9 +1,14 @@
-// The page: lists the tilesets, opens the first, keeps the panel up to date.
+// The page: finds the archives to show, opens the first, keeps the panel up to date.
+//
+// ?server=URL   those of another terrain-server than the one that the page comes from
+// ?archive=URL  that archive, straight from any web server; may be given several times
 
+import { openArchive } from "./archive_tileset.ts";
 import * as hud from "./hud.ts";
 import type { Stats } from "./terrain_layer.ts";
+import { listTilesets } from "./server_tilesets.ts";
 import { linkOf, readLink } from "./share.ts";
-import { datumOf, listTilesets, type Tileset } from "./tileset.ts";
+import { datumOf, type Tileset } from "./tileset.ts";
 import { Viewer, type Pose } from "./viewer.ts";
 
 declare global {
@@ -24,6 +29,12 @@ declare global {
 
 /** How long the view has to rest before the address follows it: browsers allow few changes. */
 const REST_MILLISECONDS = 400;
+
+/** What the page's address asks for. */
+function findTilesets(query: URLSearchParams): Promise<Tileset[]> {
+  const archives = query.getAll("archive");
+  return archives.length > 0 ? Promise.all(archives.map(openArchive)) : listTilesets(query.get("server") ?? "");
+}
 
 async function start(): Promise<void> {
   const canvas = document.querySelector<HTMLCanvasElement>("#view")!;
@@ -55,7 +66,7 @@ async function start(): Promise<void> {
   canvas.addEventListener("pointerleave", () => (pointer = [0, 0]));
   const open = (tileset: Tileset) => viewer.open((shown = tileset));
   hud.connect(viewer);
-  const tilesets = await listTilesets();
+  const tilesets = await findTilesets(new URLSearchParams(location.search));
   const link = readLink(location.hash);
   const linked = tilesets.find(({ name }) => name === link?.name);
   hud.offer(tilesets, linked ?? tilesets[0]!, open);

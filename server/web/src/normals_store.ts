@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { keyOf, parentOf, type Address } from "./address.ts";
 import type { TileMesh } from "./tile_mesh.ts";
-import { normalsUrl, type Tileset } from "./tileset.ts";
+import type { TileSource } from "./tileset.ts";
 
 const PARALLEL_REQUESTS = 2;
 /** Rasters kept: 257² normals of four bytes each. */
@@ -22,7 +22,7 @@ export class NormalsStore {
 
   /** `onLoad` is called after each raster that came in or failed. */
   constructor(
-    private readonly tileset: Tileset,
+    private readonly source: TileSource,
     private readonly onLoad: () => void,
   ) {}
 
@@ -38,13 +38,14 @@ export class NormalsStore {
 
   /** Loads what is missing of the squares drawn. */
   request(addresses: readonly Address[]): void {
-    if (!this.isEnabled) return;
+    const { normals } = this.source;
+    if (!this.isEnabled || normals === undefined) return;
     const coarseFirst = [...addresses].sort((a, b) => a.zoom - b.zoom);
     for (const address of coarseFirst) {
       const key = keyOf(address);
       const isDue = (this.retryAt.get(key) ?? 0) <= Date.now();
       if (this.underway.size >= PARALLEL_REQUESTS) return;
-      if (isDue && !this.loaded.has(key) && !this.underway.has(key)) void this.load(key);
+      if (isDue && !this.loaded.has(key) && !this.underway.has(key)) void this.load(key, normals(address, this.aborting.signal));
     }
   }
 
@@ -69,12 +70,10 @@ export class NormalsStore {
     }
   }
 
-  private async load(key: string): Promise<void> {
+  private async load(key: string, picture: Promise<Blob>): Promise<void> {
     this.underway.add(key);
     try {
-      const response = await fetch(normalsUrl(this.tileset, key), { signal: this.aborting.signal });
-      if (!response.ok) throw new Error(`the server answers ${response.status}`);
-      const file = await response.blob();
+      const file = await picture;
       const texture = await decodeNormals(file);
       if (!this.aborting.signal.aborted) this.keep(key, texture);
       this.bytesLoaded += file.size;

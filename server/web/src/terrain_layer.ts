@@ -51,7 +51,7 @@ export class TerrainLayer {
   /** `onChange` is called when something new could be drawn. */
   constructor(
     readonly tileset: Tileset,
-    private readonly onChange: () => void,
+    private readonly onChange: () => void = () => {},
   ) {
     const { bounds, heights } = tileset.metadata;
     this.frame = new Frame((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2);
@@ -67,7 +67,7 @@ export class TerrainLayer {
       contours: { value: true },
       axis: { value: this.frame.axis },
     };
-    this.normals = new NormalsStore(tileset, () => this.invalidate());
+    this.normals = new NormalsStore(tileset.source, () => this.invalidate());
     this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
   }
 
@@ -117,7 +117,7 @@ export class TerrainLayer {
   }
 
   /** Nothing that is drawn is below it; it hides what is beyond the horizon. */
-  get ground(): Ellipsoid {
+  private get ground(): Ellipsoid {
     const { heights, zooms } = this.tileset.metadata;
     return this.frame.ellipsoid(heights[0] - Math.max(...zooms.map((zoom) => zoom.coarsest_error)));
   }
@@ -128,8 +128,13 @@ export class TerrainLayer {
     this.onChange();
   }
 
-  /** Brings what is drawn up to date; a blend once begun runs to its end before the next selection. */
-  update(camera: Camera, now: number): void {
+  /**
+   * Brings what is drawn up to date for a camera of the same scene, in a picture so many pixels high.
+   * Call it before each frame; `now` is milliseconds, as of an animation loop. A blend once begun runs to its end before the
+   * next selection.
+   */
+  update(from: THREE.PerspectiveCamera, pixelsHigh: number, now: number): void {
+    const camera = this.seenFrom(from, pixelsHigh);
     this.advanceBlend(now);
     const sight = new Sight(camera);
     if (this.isStale && this.blending.length === 0) this.reselect(camera, sight, now);
@@ -167,6 +172,21 @@ export class TerrainLayer {
     this.store.close();
     this.normals.close();
     this.group.clear();
+  }
+
+  /** What the selection knows of a camera, in the frame. */
+  private seenFrom(from: THREE.PerspectiveCamera, pixelsHigh: number): Camera {
+    from.updateMatrixWorld();
+    this.group.updateWorldMatrix(true, false);
+    const toFrame = this.group.matrixWorld.clone().invert();
+    const toClip = from.projectionMatrix.clone().multiply(from.matrixWorldInverse).multiply(this.group.matrixWorld);
+    const halfHeight = Math.tan(THREE.MathUtils.degToRad(from.getEffectiveFOV() / 2));
+    return {
+      eye: new THREE.Vector3().setFromMatrixPosition(from.matrixWorld).applyMatrix4(toFrame),
+      pixelsPerRadian: (Math.abs(this.uniforms.exaggeration.value) * pixelsHigh) / (2 * halfHeight),
+      frustum: new THREE.Frustum().setFromProjectionMatrix(toClip).planes,
+      ground: this.ground,
+    };
   }
 
   private advanceBlend(now: number): void {

@@ -6,7 +6,6 @@ import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
-import type { Camera } from "./sight.ts";
 import { TerrainLayer, type Stats } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 
@@ -50,7 +49,7 @@ export class Viewer {
   /** `onFrame` is called after each frame that was drawn. */
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    private readonly onFrame: () => void,
+    private readonly onFrame: () => void = () => {},
   ) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, logarithmicDepthBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
@@ -257,7 +256,7 @@ export class Viewer {
     this.stayAbove();
     this.camera.updateMatrixWorld();
     if (this.layer !== undefined) this.layer.uniforms.clearDistance.value = this.focusDistance(this.layer);
-    this.layer?.update(this.seenFrom(this.layer), now);
+    this.layer?.update(this.camera, this.renderer.domElement.height, now);
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
     if (this.layer?.isSettled === true) this.waiting.splice(0).forEach((resolve) => resolve());
@@ -299,18 +298,6 @@ export class Viewer {
   private flySpeed(): number {
     const lowest = this.layer?.box.min.z ?? 0;
     return Math.max(20, (this.camera.position.z - lowest) / 2);
-  }
-
-  private seenFrom(layer: TerrainLayer): Camera {
-    const toClip = this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
-    const frustum = new THREE.Frustum().setFromProjectionMatrix(toClip);
-    const halfHeight = Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW_DEGREES / 2));
-    return {
-      eye: this.camera.position,
-      pixelsPerRadian: (this.exaggeration * this.renderer.domElement.height) / (2 * halfHeight),
-      frustum: frustum.planes,
-      ground: layer.ground,
-    };
   }
 }
 

@@ -6,10 +6,8 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { chromium } from "playwright-core";
+import { changedShare, describe, launch, pixelsOf, quietPage } from "./browser.mjs";
 
-const SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-const QUIET = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"];
 /** Of the picture: right of the panel, above the help. */
 const CLIP = { x: 240, y: 0, width: 400, height: 430 };
 const SETTLE_MILLISECONDS = 120_000;
@@ -21,11 +19,8 @@ before(async () => {
   const url = process.env.TERRAIN_URL;
   assert.ok(url, "set TERRAIN_URL to the address of a running terrain-server, for example http://127.0.0.1:8080/");
   folder = await mkdtemp(join(tmpdir(), "terrain-page-"));
-  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
-  browser = await chromium.launch({ executablePath, args: [...SOFTWARE_GL, ...QUIET] });
-  page = await browser.newPage({ viewport: { width: 640, height: 480 } });
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(error.message));
+  browser = await launch();
+  page = await quietPage(browser, complaints);
   await page.goto(url);
   await page.waitForFunction(() => window.terrain !== undefined, undefined, { timeout: 20_000 });
 });
@@ -42,39 +37,7 @@ async function settledStats() {
   return page.evaluate(() => window.terrain.stats());
 }
 
-/** Pixels of the clip as `[r, g, b, a, …]`, decoded by the browser. */
-async function pixels() {
-  const png = (await page.screenshot({ clip: CLIP })).toString("base64");
-  const decoded = await page.evaluate(async (base64) => {
-    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
-    const image = await createImageBitmap(new Blob([bytes]));
-    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data } = context.getImageData(0, 0, image.width, image.height);
-    return btoa(Array.from(data, (byte) => String.fromCharCode(byte)).join(""));
-  }, png);
-  return Buffer.from(decoded, "base64");
-}
-
-/** How many colours there are, and the share of pixels that are not the blue-grey of the air. */
-function describe(image) {
-  const colours = new Set();
-  let ground = 0;
-  for (let at = 0; at < image.length; at += 4) {
-    const [red, green, blue] = image.subarray(at, at + 3);
-    colours.add((red << 16) | (green << 8) | blue);
-    if (blue < green || blue < red) ground++;
-  }
-  return { colours: colours.size, groundShare: (4 * ground) / image.length };
-}
-
-function changedShare(one, other) {
-  let changed = 0;
-  for (let at = 0; at < one.length; at += 4) {
-    if ([0, 1, 2].some((channel) => Math.abs(one[at + channel] - other[at + channel]) > 16)) changed++;
-  }
-  return (4 * changed) / one.length;
-}
+const pixels = () => pixelsOf(page, CLIP);
 
 test("the first view shows terrain", async () => {
   const stats = await settledStats();
