@@ -1,6 +1,8 @@
 // The panel over the view: settings in, figures out.
 
 import type { GroundPoint } from "./ground.ts";
+import { templateFault, type Imagery } from "./imagery.ts";
+import { isTyping } from "./keys.ts";
 import { showLegend } from "./legend.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
@@ -20,6 +22,7 @@ function element<T extends HTMLElement>(id: string, type: new () => T): T {
 const NARROW = 600;
 /** Pixels that the scale bar has at most. */
 const SCALE_PIXELS = 100;
+const IMAGERY_STYLE = STYLES.indexOf("Imagery");
 /** Lowest and highest of what is shown. */
 let heights: readonly [number, number] = [0, 0];
 
@@ -35,6 +38,7 @@ export function connect(viewer: Viewer): void {
   input("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
   connectSwitch("dark", "KeyB", (isDark) => (document.documentElement.style.colorScheme = isDark ? "dark" : "light"));
   connectStyles(viewer);
+  connectImagery(viewer);
   connectShare();
   element("north", HTMLElement).addEventListener("click", () => viewer.faceNorth());
   element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
@@ -53,6 +57,41 @@ function connectStyles(viewer: Viewer): void {
     viewer.setStyle(select.selectedIndex);
     showLegend(select.selectedIndex, heights);
   });
+}
+
+/** The address of the page names the imagery, and whose it is if that is known. */
+function connectImagery(viewer: Viewer): void {
+  const field = input("imagery");
+  const query = new URLSearchParams(location.search);
+  field.value = query.get("imagery") ?? "";
+  const show = () => {
+    const imagery = imageryOf(field.value.trim(), query.get("attribution"));
+    viewer.setImagery(imagery);
+    setText("attribution", imagery?.attribution ?? "");
+    element("attribution", HTMLElement).hidden = imagery === undefined;
+    const select = element("style", HTMLSelectElement);
+    select.options[IMAGERY_STYLE]!.disabled = imagery === undefined;
+    const isNew = imagery !== undefined || select.selectedIndex === IMAGERY_STYLE;
+    if (isNew) select.selectedIndex = imagery === undefined ? 0 : IMAGERY_STYLE;
+    select.dispatchEvent(new Event("input"));
+  };
+  field.addEventListener("change", () => {
+    const template = field.value.trim();
+    field.setCustomValidity(template === "" ? "" : (templateFault(template) ?? ""));
+    if (!field.reportValidity()) return;
+    query.delete("attribution");
+    if (template === "") query.delete("imagery");
+    else query.set("imagery", template);
+    history.replaceState(null, "", `?${query}${location.hash}`);
+    show();
+  });
+  show();
+}
+
+/** Where nobody says whose the imagery is, its server is named. */
+function imageryOf(template: string, attribution: string | null): Imagery | undefined {
+  if (template === "" || templateFault(template) !== undefined) return undefined;
+  return { template, attribution: attribution ?? `Imagery: ${new URL(template, location.href).hostname}` };
 }
 
 /** The address always is that of the view. */
@@ -95,12 +134,12 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
 }
 
 /** Shows what is drawn. */
-export function showStats({ tiles, triangles, zooms, bytes, normalsBytes }: Stats, middle: GroundPoint | undefined): void {
+export function showStats({ tiles, triangles, zooms, bytes, normalsBytes, imageryBytes }: Stats, middle: GroundPoint | undefined): void {
   setText("tiles", tiles.toLocaleString("en"));
   setText("triangles", triangles.toLocaleString("en"));
   setText("zooms", zooms === undefined ? "–" : [...new Set(zooms)].join(" – "));
   setText("error", middle === undefined ? "–" : `± ${formatMetres(middle.error)}`);
-  setText("bytes", `${megabytes(bytes)} + ${megabytes(normalsBytes)} MB`);
+  setText("bytes", `${megabytes(bytes)} + ${megabytes(normalsBytes + imageryBytes)} MB`);
 }
 
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
@@ -172,6 +211,6 @@ function connectSwitch(id: string, key: string, apply: (on: boolean) => void): v
 function onKey(code: string, act: () => void): void {
   window.addEventListener("keydown", (event) => {
     const isOurs = event.code === code && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey;
-    if (isOurs && !(event.target instanceof HTMLSelectElement)) act();
+    if (isOurs && !isTyping(event)) act();
   });
 }

@@ -7,7 +7,10 @@ import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./par
 import { select, type Choice } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
-import { NormalsStore } from "./normals_store.ts";
+import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
+import { normalsOf } from "./normals.ts";
+import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
+import { distanceTo } from "./oriented_box.ts";
 import type { TileMesh, SharedUniforms } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
 import type { Tileset } from "./tileset.ts";
@@ -24,6 +27,8 @@ export interface Stats {
   readonly bytes: number;
   /** And of all rasters of normals. */
   readonly normalsBytes: number;
+  /** And of all imagery. */
+  readonly imageryBytes: number;
 }
 
 const BLEND_MILLISECONDS = 250;
@@ -39,7 +44,9 @@ export class TerrainLayer {
   readonly box: THREE.Box3;
   readonly uniforms: SharedUniforms;
   private readonly store: TileStore;
-  private readonly normals: NormalsStore;
+  private readonly normals: SquareRasters<SquareRaster>;
+  private pictures: SquareRasters<Picture> | undefined;
+  private isLightDetailed = true;
   private shown = new Map<string, Choice>();
   private blending: TileMesh[] = [];
   private blendStart = 0;
@@ -67,7 +74,7 @@ export class TerrainLayer {
       contours: { value: true },
       axis: { value: this.frame.axis },
     };
-    this.normals = new NormalsStore(tileset.source, () => this.invalidate());
+    this.normals = normalsOf(tileset.source, () => this.invalidate());
     this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
   }
 
@@ -83,7 +90,7 @@ export class TerrainLayer {
 
   /** Whether something that the view needs is not here yet. */
   get isLoading(): boolean {
-    return this.missing > 0 || this.store.isLoading || this.normals.isLoading;
+    return this.missing > 0 || this.store.isLoading || this.normals.isLoading || this.pictures?.isLoading === true;
   }
 
   /** Where a ray in the scene first meets the ground that is drawn. */
@@ -106,7 +113,14 @@ export class TerrainLayer {
 
   /** Whether light comes from rasters of normals, which have to be loaded. */
   setDetailedLight(isDetailed: boolean): void {
-    this.normals.isEnabled = isDetailed;
+    this.isLightDetailed = isDetailed;
+    this.invalidate();
+  }
+
+  /** What the style for it shows; none is loaded without one. */
+  setImagery(imagery: Imagery | undefined): void {
+    this.pictures?.close();
+    this.pictures = imagery && picturesOf(imagery, () => this.invalidate());
     this.invalidate();
   }
 
@@ -165,12 +179,14 @@ export class TerrainLayer {
       error: choices.reduce((worst, { error }) => Math.max(worst, error), 0),
       bytes: this.store.bytesLoaded,
       normalsBytes: this.normals.bytesLoaded,
+      imageryBytes: this.pictures?.bytesLoaded ?? 0,
     };
   }
 
   dispose(): void {
     this.store.close();
     this.normals.close();
+    this.pictures?.close();
     this.group.clear();
   }
 
@@ -205,7 +221,16 @@ export class TerrainLayer {
     this.missing = requests.length;
     this.store.request(requests);
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
-    this.normals.request(seen.map(({ address }) => address));
+    if (this.isLightDetailed && this.tileset.source.normals !== undefined) {
+      this.normals.request(seen.map(({ address }) => ({ address, detail: 0 })));
+    }
+    this.pictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
+  }
+
+  /** Pixels that a tile's side covers where it is nearest; those of the exaggeration do not count. */
+  private pixelsAcross(address: Address, { eye, pixelsPerRadian }: Camera): number {
+    const box = this.store.bounds(address);
+    return (2 * box.halfSizes[1] * pixelsPerRadian) / Math.abs(this.uniforms.exaggeration.value) / Math.max(distanceTo(box, eye), 1);
   }
 
   private show(choices: readonly Choice[], now: number): void {
@@ -218,7 +243,8 @@ export class TerrainLayer {
       this.group.add(mesh.object);
       mesh.setWireframe(this.wireframe);
       mesh.setError(choice.error);
-      this.normals.light(choice.address, mesh);
+      mesh.setNormals(this.isLightDetailed ? this.normals.finest(choice.address) : undefined);
+      mesh.setPicture(this.pictures?.finest(choice.address));
       const earlier = before.get(key);
       if (earlier !== undefined && isSameDetail(earlier, choice)) continue;
       mesh.show(choice, earlier ?? (isParentIn(before, choice) ? COARSEST_DETAIL : finestDetail(tile)));

@@ -8,6 +8,8 @@ import { firstHit } from "./ground.ts";
 import { drawnPrefix, placesOf, type Detail } from "./partition.ts";
 import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
 import type { Tile } from "./spt.ts";
+import { MERCATOR_END, type Picture } from "./imagery.ts";
+import type { RasterPlace, SquareRaster } from "./square_rasters.ts";
 
 /** Uniforms that all tiles share: one object each, so that one assignment reaches every tile. */
 export interface SharedUniforms {
@@ -45,7 +47,11 @@ export class TileMesh {
   private readonly blend = { value: 1 };
   private readonly certifiedError = { value: 0 };
   private readonly normals: THREE.IUniform<THREE.Texture | null> = { value: null };
-  private readonly normalsPlace = { value: new THREE.Vector3(1, 0, 0) };
+  private readonly normalsPlace = { value: new THREE.Vector3(0, 0, 0) };
+  private readonly picture: THREE.IUniform<THREE.Texture | null> = { value: null };
+  private readonly picturePlace = { value: new THREE.Vector3(0, 0, 0) };
+  private readonly pictureRows = { value: new THREE.Vector4(0, 0, 0, 1) };
+  private readonly pictureLatitudes = { value: new THREE.Vector2(0, 0) };
   private readonly uniforms: Record<string, THREE.IUniform>;
   private readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.ShaderMaterial>;
   private wire: THREE.LineSegments | undefined;
@@ -76,6 +82,10 @@ export class TileMesh {
       certifiedError: this.certifiedError,
       normals: this.normals,
       normalsPlace: this.normalsPlace,
+      picture: this.picture,
+      picturePlace: this.picturePlace,
+      pictureRows: this.pictureRows,
+      pictureLatitudes: this.pictureLatitudes,
       earthCentre: { value: frame.earthCentre.clone().sub(centre) },
     };
     this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(this.uniforms));
@@ -110,10 +120,21 @@ export class TileMesh {
     this.certifiedError.value = metres;
   }
 
-  /** Light comes from `normals`, of which this tile's square is `size` wide from a corner on. */
-  setNormals(normals: THREE.Texture | null, size: number, x: number, y: number): void {
-    this.normals.value = normals;
-    this.normalsPlace.value.set(size, x, y);
+  /** Light comes from normals, or from facets without any. */
+  setNormals(found: RasterPlace<SquareRaster> | undefined): void {
+    this.normals.value = found?.raster.texture ?? null;
+    this.normalsPlace.value.set(found?.size ?? 0, found?.x ?? 0, found?.y ?? 0);
+  }
+
+  /** The ground is coloured by a picture, if there is one. */
+  setPicture(found: RasterPlace<Picture> | undefined): void {
+    this.picture.value = found?.raster.texture ?? null;
+    this.picturePlace.value.set(found?.size ?? 0, found?.x ?? 0, found?.y ?? 0);
+    if (found === undefined) return;
+    const { base, bottom, height } = found.raster;
+    const south = THREE.MathUtils.degToRad(tileBounds(found.of)[1]);
+    this.pictureRows.value.set(base, MERCATOR_END - base, bottom, height);
+    this.pictureLatitudes.value.set(south - base, THREE.MathUtils.degToRad(degreesOf(found.of.zoom)));
   }
 
   /** Where a ray in the scene first meets what is drawn. */

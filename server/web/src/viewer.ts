@@ -5,6 +5,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
+import type { Imagery } from "./imagery.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
 import { TerrainLayer, type Stats } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
@@ -42,6 +43,7 @@ export class Viewer {
   private style = 0;
   private contours = false;
   private detailedLight = true;
+  private imagery: Imagery | undefined;
   private needsFrame = true;
   private lastFrame = 0;
   private waiting: (() => void)[] = [];
@@ -80,6 +82,7 @@ export class Viewer {
     this.layer.uniforms.exaggeration.value = this.exaggeration;
     this.layer.setWireframe(this.wireframe);
     this.layer.setDetailedLight(this.detailedLight);
+    this.layer.setImagery(this.imagery);
     this.layer.setTolerance(this.maxPixels);
     this.layer.uniforms.style.value = this.style;
     this.layer.uniforms.contours.value = this.contours;
@@ -131,6 +134,12 @@ export class Viewer {
   setDetailedLight(isDetailed: boolean): void {
     this.detailedLight = isDetailed;
     this.layer?.setDetailedLight(isDetailed);
+  }
+
+  /** What the style for it shows. */
+  setImagery(imagery: Imagery | undefined): void {
+    this.imagery = imagery;
+    this.layer?.setImagery(imagery);
   }
 
   get isLoading(): boolean {
