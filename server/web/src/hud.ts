@@ -4,6 +4,7 @@ import type { GroundPoint } from "./ground.ts";
 import { templateFault, type Imagery } from "./imagery.ts";
 import { isTyping } from "./keys.ts";
 import { showLegend } from "./legend.ts";
+import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import { heightsAbove, type Tileset } from "./tileset.ts";
@@ -30,7 +31,7 @@ const input = (id: string) => element(id, HTMLInputElement);
 const setText = (id: string, text: string) => (element(id, HTMLElement).textContent = text);
 
 /** Connects the panel and the keyboard to the viewer. */
-export function connect(viewer: Viewer): void {
+export function connect(viewer: Viewer, measuring: Measuring): void {
   connectRange("pixels", (pixels) => viewer.setMaxPixels(pixels), " px");
   connectRange("exaggeration", (factor) => viewer.setExaggeration(factor), " ×");
   connectSwitch("contours", "KeyC", (visible) => viewer.setContours(visible));
@@ -42,6 +43,7 @@ export function connect(viewer: Viewer): void {
   connectShare();
   element("north", HTMLElement).addEventListener("click", () => viewer.faceNorth());
   element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
+  connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
   connectSwitch("wireframe", "KeyX", (visible) => viewer.setWireframe(visible));
   connectSwitch("flying", "KeyF", (flying) => {
     viewer.setFlying(flying);

@@ -5,6 +5,7 @@
 
 import { openArchive } from "./archive_tileset.ts";
 import * as hud from "./hud.ts";
+import { Measuring } from "./measuring.ts";
 import type { Stats } from "./terrain_layer.ts";
 import { listTilesets } from "./server_tilesets.ts";
 import { linkOf, readLink } from "./share.ts";
@@ -54,6 +55,7 @@ async function start(): Promise<void> {
     hud.showLoading(viewer.isLoading);
     hud.showMessage(viewer.failure);
     showPlace();
+    measuring.groundMayHaveChanged();
     clearTimeout(resting);
     resting = setTimeout(keepLink, REST_MILLISECONDS);
   });
@@ -65,7 +67,8 @@ async function start(): Promise<void> {
   canvas.addEventListener("pointerdown", point);
   canvas.addEventListener("pointerleave", () => (pointer = [0, 0]));
   const open = (tileset: Tileset) => viewer.open((shown = tileset));
-  hud.connect(viewer);
+  const measuring = new Measuring(viewer, canvas, () => (shown === undefined ? "" : datumOf(shown.metadata)));
+  hud.connect(viewer, measuring);
   const tilesets = await findTilesets(new URLSearchParams(location.search));
   const link = readLink(location.hash);
   const linked = tilesets.find(({ name }) => name === link?.name);

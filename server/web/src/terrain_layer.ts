@@ -1,7 +1,7 @@
 // One tileset in the scene: selects, loads, shows, and blends from one level of detail to the next.
 
 import * as THREE from "three";
-import { keyOf, parentOf, type Address } from "./address.ts";
+import { degreesOf, keyOf, parentOf, type Address } from "./address.ts";
 import { Frame } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice } from "./select.ts";
@@ -35,6 +35,8 @@ const BLEND_MILLISECONDS = 250;
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
+/** Metres above the ellipsoid from where the ground is looked for, and how far beside a tile, in its widths, it may be found. */
+const [FROM_ABOVE, EDGE] = [100_000, 1e-6];
 
 /** A tileset, drawn for a view that moves. */
 export class TerrainLayer {
@@ -103,7 +105,27 @@ export class TerrainLayer {
       const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
       if (found !== undefined) nearest = { ...found, error };
     }
-    if (nearest === undefined) return undefined;
+    return nearest && this.groundPoint(ray, nearest);
+  }
+
+  /** The ground that is drawn at a longitude and latitude. */
+  groundAt(longitude: number, latitude: number): GroundPoint | undefined {
+    const { exaggeration, baseHeight } = this.uniforms;
+    const surface = this.frame.position(longitude, latitude, 0);
+    const down = surface.sub(this.frame.position(longitude, latitude, 1)).normalize();
+    const ray = new THREE.Ray(this.frame.position(longitude, latitude, FROM_ABOVE), down);
+    for (const { address, error } of this.shown.values()) {
+      const degrees = degreesOf(address.zoom);
+      const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
+      if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
+      const found = this.store.get(address)?.mesh.hit(ray, exaggeration.value, baseHeight.value, Infinity, [x, y]);
+      if (found !== undefined) return { ...this.groundPoint(ray, { ...found, error }), longitude, latitude };
+    }
+    return undefined;
+  }
+
+  private groundPoint(ray: THREE.Ray, nearest: { distance: number; height: number; error: number }): GroundPoint {
+    const { exaggeration, baseHeight } = this.uniforms;
     const position = ray.at(nearest.distance, new THREE.Vector3());
     const up = position.clone().sub(this.frame.earthCentre).normalize();
     const raised = (exaggeration.value - 1) * (nearest.height - baseHeight.value);

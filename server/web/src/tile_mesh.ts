@@ -137,8 +137,17 @@ export class TileMesh {
     this.pictureLatitudes.value.set(south - base, THREE.MathUtils.degToRad(degreesOf(found.of.zoom)));
   }
 
-  /** Where a ray in the scene first meets what is drawn. */
-  hit(ray: THREE.Ray, exaggeration: number, baseHeight: number, farthest: number): { distance: number; height: number } | undefined {
+  /**
+   * Where a ray in the scene first meets what is drawn. A vertical one is faster if it is told where it goes through the
+   * tile's square, from 0 to 1 eastwards and northwards.
+   */
+  hit(
+    ray: THREE.Ray,
+    exaggeration: number,
+    baseHeight: number,
+    farthest: number,
+    through?: readonly [number, number],
+  ): { distance: number; height: number } | undefined {
     const centre = this.object.position;
     const own = new THREE.Ray(ray.origin.clone().sub(centre), ray.direction);
     const up = new THREE.Vector3();
@@ -147,7 +156,22 @@ export class TileMesh {
       exaggeration === 1 ? place : place.addScaledVector(up.copy(place).sub(earthCentre).normalize(), (exaggeration - 1) * (height - baseHeight));
     const places = this.places.image.data as Uint32Array;
     const surface = { corners: this.tile.corners, texels: this.texels, places, triangleCount: this.drawn, stride: 2 };
-    return firstHit(own, surface, raise, farthest);
+    const near = through && { isCandidate: (triangle: number) => this.isAround(triangle, through) };
+    return firstHit(own, { ...surface, ...near }, raise, farthest);
+  }
+
+  /** Whether a place of the square is in the rectangle around a triangle, or beside it: edges are not straight in degrees. */
+  private isAround(triangle: number, [x, y]: readonly [number, number]): boolean {
+    const places = this.places.image.data as Uint32Array;
+    const squares = this.squares.image.data as Float32Array;
+    const [a, b, c] = [0, 1, 2].map((corner) => 2 * places[2 * this.tile.corners[3 * triangle + corner]!]!) as [number, number, number];
+    const isWithin = (axis: 0 | 1, at: number) => {
+      const [one, two, three] = [squares[a + axis]!, squares[b + axis]!, squares[c + axis]!];
+      const [low, high] = [Math.min(one, two, three), Math.max(one, two, three)];
+      const margin = 0.1 * (high - low) + 1e-6;
+      return at >= low - margin && at <= high + margin;
+    };
+    return isWithin(0, x) && isWithin(1, y);
   }
 
   setWireframe(visible: boolean): void {

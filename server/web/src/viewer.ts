@@ -154,6 +154,17 @@ export class Viewer {
     return this.layer?.hit(caster.ray);
   }
 
+  /** The ground that is drawn at a longitude and latitude. */
+  groundBelow(longitude: number, latitude: number): GroundPoint | undefined {
+    return this.layer?.groundAt(longitude, latitude);
+  }
+
+  /** Adds to the scene, whose metres are those of the frame of what is shown. */
+  add(object: THREE.Object3D): void {
+    this.scene.add(object);
+    this.redraw();
+  }
+
   /** How high the camera is above the ground that is drawn; undefined where there is none. */
   metresAboveGround(): number | undefined {
     if (this.layer === undefined) return undefined;
@@ -230,7 +241,8 @@ export class Viewer {
     });
   }
 
-  private redraw(): void {
+  /** Draws a frame, for something in the scene has changed. */
+  redraw(): void {
     this.needsFrame = true;
   }
 
