@@ -8,7 +8,7 @@ import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import { heightsAbove, type Tileset } from "./tileset.ts";
-import type { Viewer } from "./viewer.ts";
+import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
@@ -31,44 +31,44 @@ const input = (id: string) => element(id, HTMLInputElement);
 const setText = (id: string, text: string) => (element(id, HTMLElement).textContent = text);
 
 /** Connects the panel and the keyboard to the viewer. */
-export function connect(viewer: Viewer, measuring: Measuring): void {
-  connectRange("pixels", (pixels) => viewer.setMaxPixels(pixels), " px");
-  connectRange("exaggeration", (factor) => viewer.setExaggeration(factor), " ×");
-  connectSwitch("contours", "KeyC", (visible) => viewer.setContours(visible));
-  connectSwitch("light", "KeyL", (isDetailed) => viewer.setDetailedLight(isDetailed));
+export function connect(views: Views, measuring: Measuring): void {
+  connectRange("pixels", (maxPixels) => views.set({ maxPixels }), " px");
+  connectRange("exaggeration", (exaggeration) => views.set({ exaggeration }), " ×");
+  connectSwitch("contours", "KeyC", (contours) => views.set({ contours }));
+  connectSwitch("light", "KeyL", (detailedLight) => views.set({ detailedLight }));
   input("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
   connectSwitch("dark", "KeyB", (isDark) => (document.documentElement.style.colorScheme = isDark ? "dark" : "light"));
-  connectStyles(viewer);
-  connectImagery(viewer);
+  connectStyles(views);
+  connectImagery(views);
   connectShare();
-  element("north", HTMLElement).addEventListener("click", () => viewer.faceNorth());
+  element("north", HTMLElement).addEventListener("click", () => views.steer().faceNorth());
   element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
   connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
-  connectSwitch("wireframe", "KeyX", (visible) => viewer.setWireframe(visible));
+  connectSwitch("wireframe", "KeyX", (wireframe) => views.set({ wireframe }));
   connectSwitch("flying", "KeyF", (flying) => {
-    viewer.setFlying(flying);
+    views.setFlying(flying);
     setText("help", flying ? FLY_HELP : ORBIT_HELP);
   });
-  onKey("KeyR", () => viewer.lookAtAll());
+  onKey("KeyR", () => views.steer().lookAtAll());
 }
 
-function connectStyles(viewer: Viewer): void {
+function connectStyles(views: Views): void {
   const select = element("style", HTMLSelectElement);
   select.append(...STYLES.map((style) => new Option(style)));
   select.addEventListener("input", () => {
-    viewer.setStyle(select.selectedIndex);
+    views.set({ style: select.selectedIndex });
     showLegend(select.selectedIndex, heights);
   });
 }
 
 /** The address of the page names the imagery, and whose it is if that is known. */
-function connectImagery(viewer: Viewer): void {
+function connectImagery(views: Views): void {
   const field = input("imagery");
   const query = new URLSearchParams(location.search);
   field.value = query.get("imagery") ?? "";
   const show = () => {
     const imagery = imageryOf(field.value.trim(), query.get("attribution"));
-    viewer.setImagery(imagery);
+    views.set({ imagery });
     setText("attribution", imagery?.attribution ?? "");
     element("attribution", HTMLElement).hidden = imagery === undefined;
     const select = element("style", HTMLSelectElement);
@@ -135,6 +135,29 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
   });
 }
 
+/** Lets a tileset be chosen for the view beside; the address of the page names it. */
+export function offerBeside(tilesets: readonly Tileset[], show: (tileset: Tileset | undefined) => void): void {
+  const select = element("beside-tileset", HTMLSelectElement);
+  select.append(new Option("–"), ...tilesets.map(({ name }) => new Option(name)));
+  element("beside-choice", HTMLElement).hidden = tilesets.length < 2;
+  const query = new URLSearchParams(location.search);
+  const choose = () => {
+    const chosen = tilesets[select.selectedIndex - 1];
+    element("beside-name", HTMLElement).hidden = chosen === undefined;
+    setText("beside-name", chosen?.name ?? "");
+    show(chosen);
+  };
+  select.addEventListener("change", () => {
+    select.blur();
+    if (select.selectedIndex === 0) query.delete("beside");
+    else query.set("beside", select.value);
+    history.replaceState(null, "", `?${query}${location.hash}`);
+    choose();
+  });
+  select.selectedIndex = 1 + tilesets.findIndex(({ name }) => name === query.get("beside"));
+  choose();
+}
+
 /** Shows what is drawn. */
 export function showStats({ tiles, triangles, zooms, bytes, normalsBytes, imageryBytes }: Stats, middle: GroundPoint | undefined): void {
   setText("tiles", tiles.toLocaleString("en"));
@@ -146,17 +169,19 @@ export function showStats({ tiles, triangles, zooms, bytes, normalsBytes, imager
 
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
 
-/** Shows the ground under the pointer, or in the middle where there is no pointer. */
-export function showPlace(ground: GroundPoint | undefined, datum: string): void {
+/** Shows the ground under the pointer, or in the middle where there is no pointer; and that of the other view. */
+export function showPlace(ground: GroundPoint | undefined, datum: string, beside: GroundPoint | undefined): void {
   if (ground === undefined) {
     setText("place", "");
     return;
   }
-  const { longitude, latitude, height, error } = ground;
+  const { longitude, latitude } = ground;
   const at = `${Math.abs(latitude).toFixed(5)}° ${latitude < 0 ? "S" : "N"}, ${Math.abs(longitude).toFixed(5)}° ${longitude < 0 ? "W" : "E"}`;
   const above = datum === "unspecified" ? "an unknown datum" : datum;
-  setText("place", `${at}: ${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)} above ${above}`);
+  setText("place", `${at}: ${heightOf(ground)} above ${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
 }
+
+const heightOf = ({ height, error }: GroundPoint) => `${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)}`;
 
 /** Shows how long so much of the middle of the view is, and where north is. */
 export function showBearings(metresPerPixel: number | undefined, azimuth: number): void {

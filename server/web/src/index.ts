@@ -6,7 +6,8 @@ export { checkedMetadata, datumOf, heightsAbove } from "./tileset.ts";
 export type { Metadata, Tileset, TileSource, Zoom } from "./tileset.ts";
 
 export { Viewer, type Pose } from "./viewer.ts";
-export { TerrainLayer, type Stats } from "./terrain_layer.ts";
+export { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings } from "./terrain_layer.ts";
+export type { Imagery } from "./imagery.ts";
 export { STYLES } from "./shaders.ts";
 export { Frame, tileBounds, type Bounds } from "./frame.ts";
 export { geographic, type GroundPoint } from "./ground.ts";

@@ -31,6 +31,36 @@ export interface Stats {
   readonly imageryBytes: number;
 }
 
+/** How terrain is drawn. */
+export interface TerrainSettings {
+  /** Pixels that what is drawn may be off the source. */
+  readonly maxPixels: number;
+  /** Heights are drawn so many times larger. */
+  readonly exaggeration: number;
+  /** Which of the styles, by its place in the list of them. */
+  readonly style: number;
+  /** Lowest and highest of the colours, metres; those of the archive where this is not said. */
+  readonly heights: readonly [number, number] | undefined;
+  /** Whether lines of equal height are drawn. */
+  readonly contours: boolean;
+  readonly wireframe: boolean;
+  /** Whether light comes from rasters of normals, which have to be loaded, where the source has them. */
+  readonly detailedLight: boolean;
+  /** What the style for it shows; none is loaded without one. */
+  readonly imagery: Imagery | undefined;
+}
+
+export const DEFAULT_SETTINGS: TerrainSettings = {
+  maxPixels: 2,
+  exaggeration: 1,
+  style: 0,
+  heights: undefined,
+  contours: false,
+  wireframe: false,
+  detailedLight: true,
+  imagery: undefined,
+};
+
 const BLEND_MILLISECONDS = 250;
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
@@ -48,13 +78,11 @@ export class TerrainLayer {
   private readonly store: TileStore;
   private readonly normals: SquareRasters<SquareRaster>;
   private pictures: SquareRasters<Picture> | undefined;
-  private isLightDetailed = true;
+  private settings = DEFAULT_SETTINGS;
   private shown = new Map<string, Choice>();
   private blending: TileMesh[] = [];
   private blendStart = 0;
-  private wireframe = false;
   private isStale = true;
-  private tolerance = 2;
   private missing = 0;
 
   /** `onChange` is called when something new could be drawn. */
@@ -73,7 +101,7 @@ export class TerrainLayer {
       hazeDistance: { value: Math.max(60_000, 2.5 * this.box.getSize(new THREE.Vector3()).length()) },
       clearDistance: { value: 0 },
       style: { value: 0 },
-      contours: { value: true },
+      contours: { value: false },
       axis: { value: this.frame.axis },
     };
     this.normals = normalsOf(tileset.source, () => this.invalidate());
@@ -133,22 +161,19 @@ export class TerrainLayer {
     return { ...nearest, position, ...geographic(this.frame, level) };
   }
 
-  /** Whether light comes from rasters of normals, which have to be loaded. */
-  setDetailedLight(isDetailed: boolean): void {
-    this.isLightDetailed = isDetailed;
-    this.invalidate();
-  }
-
-  /** What the style for it shows; none is loaded without one. */
-  setImagery(imagery: Imagery | undefined): void {
-    this.pictures?.close();
-    this.pictures = imagery && picturesOf(imagery, () => this.invalidate());
-    this.invalidate();
-  }
-
-  /** Pixels that what is drawn may be off the source. */
-  setTolerance(pixels: number): void {
-    this.tolerance = pixels;
+  /** Changes some of the settings. */
+  set(changes: Partial<TerrainSettings>): void {
+    const { imagery } = this.settings;
+    this.settings = { ...this.settings, ...changes };
+    const { exaggeration, style, contours, wireframe } = this.settings;
+    this.uniforms.exaggeration.value = exaggeration;
+    this.uniforms.style.value = style;
+    const [lowest, highest] = this.settings.heights ?? this.tileset.metadata.heights;
+    this.uniforms.heights.value.set(lowest, highest);
+    this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
+    this.uniforms.contours.value = contours;
+    for (const { address } of this.shown.values()) this.store.get(address)?.mesh.setWireframe(wireframe);
+    if (this.settings.imagery !== imagery) this.changePictures();
     this.invalidate();
   }
 
@@ -179,12 +204,6 @@ export class TerrainLayer {
       if (object !== undefined) object.visible = sight.sees(this.store.bounds(address));
     }
     if (this.blending.length > 0) this.onChange();
-  }
-
-  setWireframe(visible: boolean): void {
-    this.wireframe = visible;
-    for (const { address } of this.shown.values()) this.store.get(address)?.mesh.setWireframe(visible);
-    this.onChange();
   }
 
   stats(): Stats {
@@ -236,14 +255,14 @@ export class TerrainLayer {
   private reselect(camera: Camera, sight: Sight, now: number): void {
     this.isStale = false;
     this.store.startSelection();
-    const demand = { ...BUDGET, tolerance: this.tolerance };
+    const demand = { ...BUDGET, tolerance: this.settings.maxPixels };
     const isLoaded = (address: Address) => this.store.get(address) !== undefined;
     const { choices, requests } = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
     this.show(choices, now);
     this.missing = requests.length;
     this.store.request(requests);
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
-    if (this.isLightDetailed && this.tileset.source.normals !== undefined) {
+    if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
       this.normals.request(seen.map(({ address }) => ({ address, detail: 0 })));
     }
     this.pictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
@@ -255,6 +274,12 @@ export class TerrainLayer {
     return (2 * box.halfSizes[1] * pixelsPerRadian) / Math.abs(this.uniforms.exaggeration.value) / Math.max(distanceTo(box, eye), 1);
   }
 
+  private changePictures(): void {
+    const { imagery } = this.settings;
+    this.pictures?.close();
+    this.pictures = imagery && picturesOf(imagery, () => this.invalidate());
+  }
+
   private show(choices: readonly Choice[], now: number): void {
     const before = this.shown;
     this.shown = new Map(choices.map((choice) => [keyOf(choice.address), choice]));
@@ -263,9 +288,9 @@ export class TerrainLayer {
     for (const [key, choice] of this.shown) {
       const { tile, mesh } = this.store.get(choice.address)!;
       this.group.add(mesh.object);
-      mesh.setWireframe(this.wireframe);
+      mesh.setWireframe(this.settings.wireframe);
       mesh.setError(choice.error);
-      mesh.setNormals(this.isLightDetailed ? this.normals.finest(choice.address) : undefined);
+      mesh.setNormals(this.settings.detailedLight ? this.normals.finest(choice.address) : undefined);
       mesh.setPicture(this.pictures?.finest(choice.address));
       const earlier = before.get(key);
       if (earlier !== undefined && isSameDetail(earlier, choice)) continue;

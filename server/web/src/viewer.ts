@@ -5,9 +5,8 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
-import type { Imagery } from "./imagery.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
-import { TerrainLayer, type Stats } from "./terrain_layer.ts";
+import { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
@@ -37,14 +36,9 @@ export class Viewer {
   private readonly orbit: OrbitControls;
   private readonly fly: FlyControls;
   private layer: TerrainLayer | undefined;
-  private maxPixels = 2;
-  private exaggeration = 1;
-  private wireframe = false;
-  private style = 0;
-  private contours = false;
-  private detailedLight = true;
-  private imagery: Imagery | undefined;
   private needsFrame = true;
+  private isSteering = true;
+  private isFlying = false;
   private lastFrame = 0;
   private waiting: (() => void)[] = [];
 
@@ -52,6 +46,7 @@ export class Viewer {
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly onFrame: () => void = () => {},
+    private settings: TerrainSettings = DEFAULT_SETTINGS,
   ) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, logarithmicDepthBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
@@ -76,18 +71,18 @@ export class Viewer {
 
   /** Replaces what is shown and looks at all of it from the south. */
   open(tileset: Tileset): void {
-    if (this.layer !== undefined) this.scene.remove(this.layer.group);
-    this.layer?.dispose();
+    this.close();
     this.layer = new TerrainLayer(tileset, () => this.redraw());
-    this.layer.uniforms.exaggeration.value = this.exaggeration;
-    this.layer.setWireframe(this.wireframe);
-    this.layer.setDetailedLight(this.detailedLight);
-    this.layer.setImagery(this.imagery);
-    this.layer.setTolerance(this.maxPixels);
-    this.layer.uniforms.style.value = this.style;
-    this.layer.uniforms.contours.value = this.contours;
+    this.layer.set(this.settings);
     this.scene.add(this.layer.group);
     this.lookAtAll();
+  }
+
+  /** Shows nothing. */
+  close(): void {
+    if (this.layer !== undefined) this.scene.remove(this.layer.group);
+    this.layer?.dispose();
+    this.layer = undefined;
   }
 
   /** Frames the bounds of the data obliquely. */
@@ -107,39 +102,15 @@ export class Viewer {
     if (target !== undefined) this.place(target, azimuth, down, distance);
   }
 
-  setMaxPixels(pixels: number): void {
-    this.maxPixels = pixels;
-    this.layer?.setTolerance(pixels);
+  /** Changes some of the settings. */
+  set(changes: Partial<TerrainSettings>): void {
+    this.settings = { ...this.settings, ...changes };
+    this.layer?.set(changes);
   }
 
-  setExaggeration(factor: number): void {
-    this.exaggeration = factor;
-    if (this.layer !== undefined) this.layer.uniforms.exaggeration.value = factor;
-    this.layer?.invalidate();
-  }
-
-  setStyle(style: number): void {
-    this.style = style;
-    if (this.layer !== undefined) this.layer.uniforms.style.value = style;
-    this.redraw();
-  }
-
-  setContours(visible: boolean): void {
-    this.contours = visible;
-    if (this.layer !== undefined) this.layer.uniforms.contours.value = visible;
-    this.redraw();
-  }
-
-  /** Whether light shows more than the triangles. */
-  setDetailedLight(isDetailed: boolean): void {
-    this.detailedLight = isDetailed;
-    this.layer?.setDetailedLight(isDetailed);
-  }
-
-  /** What the style for it shows. */
-  setImagery(imagery: Imagery | undefined): void {
-    this.imagery = imagery;
-    this.layer?.setImagery(imagery);
+  /** Lowest and highest of what is shown, metres. */
+  get heights(): readonly [number, number] | undefined {
+    return this.layer?.tileset.metadata.heights;
   }
 
   get isLoading(): boolean {
@@ -210,19 +181,34 @@ export class Viewer {
     this.orbit.rotateLeft(this.orbit.getAzimuthalAngle());
   }
 
-  setWireframe(visible: boolean): void {
-    this.wireframe = visible;
-    this.layer?.setWireframe(visible);
+  /** Sees the same part of the Earth, in the same way, as another viewer, which then is the one to steer. */
+  follow(leader: Viewer): void {
+    if (this.layer === undefined || leader.layer === undefined) return;
+    const toOwn = leader.layer.frame.matrixTo(this.layer.frame);
+    const position = leader.camera.position.clone().applyMatrix4(toOwn);
+    const turn = leader.camera.quaternion.clone().premultiply(new THREE.Quaternion().setFromRotationMatrix(toOwn));
+    if (position.equals(this.camera.position) && turn.equals(this.camera.quaternion)) return;
+    this.camera.position.copy(position);
+    this.camera.quaternion.copy(turn);
+    this.orbit.target.copy(leader.orbit.target).applyMatrix4(toOwn);
+    this.moved();
+  }
+
+  /** What does not steer takes no input. */
+  setSteering(isSteering: boolean): void {
+    this.isSteering = isSteering;
+    this.orbit.enabled = isSteering && !this.isFlying;
+    this.fly.enabled = isSteering && this.isFlying;
   }
 
   /** Flying looks from where the orbit was; orbiting turns around what is in the middle of the view. */
   setFlying(flying: boolean): void {
-    if (!flying && this.fly.enabled) {
+    if (!flying && this.isFlying) {
       const distance = Math.max(this.camera.position.distanceTo(this.orbit.target), 1);
       this.camera.getWorldDirection(this.orbit.target).multiplyScalar(distance).add(this.camera.position);
     }
-    this.fly.enabled = flying;
-    this.orbit.enabled = !flying;
+    this.isFlying = flying;
+    this.setSteering(this.isSteering);
   }
 
   stats(): Stats | undefined {
@@ -274,7 +260,7 @@ export class Viewer {
     if (this.fly.update(seconds, this.flySpeed())) this.moved();
     if (!this.needsFrame) return;
     this.needsFrame = false;
-    this.stayAbove();
+    if (this.isSteering) this.stayAbove();
     this.camera.updateMatrixWorld();
     if (this.layer !== undefined) this.layer.uniforms.clearDistance.value = this.focusDistance(this.layer);
     this.layer?.update(this.camera, this.renderer.domElement.height, now);
