@@ -7,6 +7,7 @@ import { showLegend } from "./legend.ts";
 import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
+import type { TileLevels } from "./tile_levels.ts";
 import { heightsAbove, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
@@ -31,7 +32,7 @@ const input = (id: string) => element(id, HTMLInputElement);
 const setText = (id: string, text: string) => (element(id, HTMLElement).textContent = text);
 
 /** Connects the panel and the keyboard to the viewer. */
-export function connect(views: Views, measuring: Measuring): void {
+export function connect(views: Views, measuring: Measuring, levels: TileLevels): void {
   connectRange("pixels", (maxPixels) => views.set({ maxPixels }), " px");
   connectRange("exaggeration", (exaggeration) => views.set({ exaggeration }), " ×");
   connectSwitch("contours", "KeyC", (contours) => views.set({ contours }));
@@ -44,6 +45,7 @@ export function connect(views: Views, measuring: Measuring): void {
   element("north", HTMLElement).addEventListener("click", () => views.steer().faceNorth());
   element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
   connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
+  connectSwitch("tile-levels", "KeyT", (isEnabled) => levels.setEnabled(isEnabled));
   connectSwitch("wireframe", "KeyX", (wireframe) => views.set({ wireframe }));
   connectSwitch("flying", "KeyF", (flying) => {
     views.setFlying(flying);
@@ -106,7 +108,7 @@ function connectShare(): void {
 }
 
 /** Sets a slider or a switch as if the user had. */
-export function set(id: "pixels" | "wireframe", value: number | boolean): void {
+export function set(id: "pixels" | "wireframe" | "tile-levels", value: number | boolean): void {
   const control = input(id);
   if (typeof value === "boolean") control.checked = value;
   else control.value = String(value);
@@ -131,6 +133,7 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
     const chosen = tilesets[select.selectedIndex];
     select.blur();
     showHeights(chosen);
+    set("tile-levels", false);
     if (chosen !== undefined) open(chosen);
   });
 }

@@ -9,6 +9,7 @@ import { Measuring } from "./measuring.ts";
 import type { Stats } from "./terrain_layer.ts";
 import { listTilesets } from "./server_tilesets.ts";
 import { linkOf, readLink } from "./share.ts";
+import { TileLevels } from "./tile_levels.ts";
 import { datumOf, type Tileset } from "./tileset.ts";
 import type { Pose, Viewer } from "./viewer.ts";
 import { Views } from "./views.ts";
@@ -79,7 +80,7 @@ async function start(): Promise<void> {
   }
   const open = (tileset: Tileset) => views.steer().open((shown = tileset));
   const measuring = new Measuring(views.main, canvases[0], () => (shown === undefined ? "" : datumOf(shown.metadata)));
-  hud.connect(views, measuring);
+  hud.connect(views, measuring, new TileLevels(views.main));
   const tilesets = await findTilesets(new URLSearchParams(location.search));
   const link = readLink(location.hash);
   const linked = tilesets.find(({ name }) => name === link?.name);

@@ -11,6 +11,7 @@ import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts"
 import { normalsOf } from "./normals.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
 import { distanceTo } from "./oriented_box.ts";
+import { interiorLevels } from "./spt.ts";
 import type { TileMesh, SharedUniforms } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
 import type { Tileset } from "./tileset.ts";
@@ -29,6 +30,14 @@ export interface Stats {
   readonly normalsBytes: number;
   /** And of all imagery. */
   readonly imageryBytes: number;
+}
+
+/** A way to draw a tile. */
+export interface TileLevelView {
+  readonly detail: Detail;
+  /** Certified, metres. */
+  readonly error: number;
+  readonly triangles: number;
 }
 
 /** How terrain is drawn. */
@@ -79,6 +88,7 @@ export class TerrainLayer {
   private readonly normals: SquareRasters<SquareRaster>;
   private pictures: SquareRasters<Picture> | undefined;
   private settings = DEFAULT_SETTINGS;
+  private alone: Choice | undefined;
   private shown = new Map<string, Choice>();
   private blending: TileMesh[] = [];
   private blendStart = 0;
@@ -150,6 +160,32 @@ export class TerrainLayer {
       if (found !== undefined) return { ...this.groundPoint(ray, { ...found, error }), longitude, latitude };
     }
     return undefined;
+  }
+
+  /** The tile that is drawn at a longitude and latitude. */
+  tileAt(longitude: number, latitude: number): Address | undefined {
+    const isInside = ({ zoom, x, y }: Address) => {
+      const degrees = degreesOf(zoom);
+      return Math.floor((longitude + 180) / degrees) === x && Math.floor((latitude + 90) / degrees) === y;
+    };
+    return [...this.shown.values()].find(({ address }) => isInside(address))?.address;
+  }
+
+  /** What a drawn tile can be drawn as: its interior levels, coarsest first, and the finest with all sides fine. */
+  levelsOf(address: Address): TileLevelView[] {
+    const tile = this.store.get(address)?.tile;
+    if (tile === undefined) return [];
+    const interiors = Array.from({ length: interiorLevels(tile) }, (_, interior) => ({ ...COARSEST_DETAIL, interior }));
+    return [...interiors, finestDetail(tile)].map((detail) => {
+      const { error } = tile.levels[detail.interior]!;
+      return { detail, error, triangles: triangleCount(tile, detail) };
+    });
+  }
+
+  /** Draws one tile that is drawn now, alone, at one of its levels; again all that the view needs without one. */
+  showAlone(address: Address | undefined, level?: TileLevelView): void {
+    this.alone = address && level && { address, ...level.detail, error: level.error };
+    this.invalidate();
   }
 
   private groundPoint(ray: THREE.Ray, nearest: { distance: number; height: number; error: number }): GroundPoint {
@@ -257,6 +293,11 @@ export class TerrainLayer {
     this.store.startSelection();
     const demand = { ...BUDGET, tolerance: this.settings.maxPixels };
     const isLoaded = (address: Address) => this.store.get(address) !== undefined;
+    if (this.alone !== undefined) {
+      this.store.levels(this.alone.address);
+      this.missing = 0;
+      return this.show([this.alone], now);
+    }
     const { choices, requests } = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
     this.show(choices, now);
     this.missing = requests.length;

@@ -2,11 +2,12 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import type { Address } from "./address.ts";
 import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
-import { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings } from "./terrain_layer.ts";
+import { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
@@ -128,6 +129,18 @@ export class Viewer {
   /** The ground that is drawn at a longitude and latitude. */
   groundBelow(longitude: number, latitude: number): GroundPoint | undefined {
     return this.layer?.groundAt(longitude, latitude);
+  }
+
+  /** The tile that is drawn in the middle of the view, and its levels. */
+  tileInMiddle(): { address: Address; levels: readonly TileLevelView[] } | undefined {
+    const ground = this.groundAt(0, 0);
+    const address = ground && this.layer?.tileAt(ground.longitude, ground.latitude);
+    return address && { address, levels: this.layer!.levelsOf(address) };
+  }
+
+  /** Draws a tile alone, at one of its levels; all again without one. */
+  showAlone(address: Address | undefined, level?: TileLevelView): void {
+    this.layer?.showAlone(address, level);
   }
 
   /** Adds to the scene, whose metres are those of the frame of what is shown. */

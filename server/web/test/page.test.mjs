@@ -215,6 +215,24 @@ test("light by normals changes the picture, not the triangles", async () => {
   assert.equal(plain.triangles, fine.triangles);
 });
 
+test("the tile in the middle is shown alone, finer from level to level", async () => {
+  await startAnew();
+  const all = await settledStats();
+  await page.check("#tile-levels");
+  const seen = [];
+  const count = Number(await page.getAttribute("#level", "max"));
+  for (let level = 0; level <= count; level++) {
+    await page.fill("#level", String(level));
+    const { tiles, triangles, error } = await settledStats();
+    assert.equal(tiles, 1);
+    assert.ok((await page.textContent("#level-text")).includes(`${triangles.toLocaleString("en")} triangles`));
+    seen.push({ triangles, error });
+  }
+  assert.ok(count > 2 && seen.every((now, at) => at === 0 || (now.triangles > seen[at - 1].triangles && now.error <= seen[at - 1].error)), JSON.stringify(seen));
+  await page.uncheck("#tile-levels");
+  assert.equal((await settledStats()).triangles, all.triangles);
+});
+
 test("what was drawn stays while the server is away, and goes on when it is back", async () => {
   const shaken = await browser.newPage({ viewport: { width: 640, height: 480 } });
   let answered = 0;
