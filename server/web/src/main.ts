@@ -4,6 +4,7 @@
 // ?archive=URL  that archive, straight from any web server; may be given several times
 
 import { openArchive } from "./archive_tileset.ts";
+import { ContourLabels } from "./contour_labels.ts";
 import * as hud from "./hud.ts";
 import { Measuring } from "./measuring.ts";
 import type { Stats } from "./terrain_layer.ts";
@@ -66,6 +67,7 @@ async function start(): Promise<void> {
     hud.showMessage(views.all.map(({ failure }) => failure).find((failure) => failure !== undefined));
     showPlace();
     measuring.groundMayHaveChanged();
+    labels.frameWasDrawn();
     clearTimeout(resting);
     resting = setTimeout(keepLink, REST_MILLISECONDS);
   });
@@ -80,6 +82,7 @@ async function start(): Promise<void> {
   }
   const open = (tileset: Tileset) => views.steer().open((shown = tileset));
   const measuring = new Measuring(views.main, canvases[0], () => (shown === undefined ? "" : datumOf(shown.metadata)));
+  const labels = new ContourLabels(views.main, document.querySelector<HTMLElement>("#contour-labels")!);
   hud.connect(views, measuring, new TileLevels(views.main));
   const tilesets = await findTilesets(new URLSearchParams(location.search));
   const link = readLink(location.hash);

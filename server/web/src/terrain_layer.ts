@@ -12,7 +12,7 @@ import { normalsOf } from "./normals.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
 import { distanceTo } from "./oriented_box.ts";
 import { interiorLevels } from "./spt.ts";
-import type { TileMesh, SharedUniforms } from "./tile_mesh.ts";
+import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
 import type { Tileset } from "./tileset.ts";
 
@@ -160,6 +160,18 @@ export class TerrainLayer {
       if (found !== undefined) return { ...this.groundPoint(ray, { ...found, error }), longitude, latitude };
     }
     return undefined;
+  }
+
+  /** Pieces of the contour lines of the tiles that are in sight, where they are drawn. */
+  contourPieces(): ContourPiece[] {
+    const { exaggeration, baseHeight, contourInterval } = this.uniforms;
+    const up = new THREE.Vector3();
+    const raise = (place: THREE.Vector3, height: number) =>
+      place.addScaledVector(up.copy(place).sub(this.frame.earthCentre).normalize(), (exaggeration.value - 1) * (height - baseHeight.value));
+    const meshes = [...this.shown.values()].flatMap(({ address }) => this.store.get(address)?.mesh ?? []);
+    const pieces = meshes.filter(({ object }) => object.visible).flatMap((mesh) => mesh.contours(contourInterval.value));
+    for (const { height, ends } of pieces) for (const end of ends) raise(end, height);
+    return pieces;
   }
 
   /** The tile that is drawn at a longitude and latitude. */

@@ -27,6 +27,12 @@ export interface SharedUniforms {
   readonly contours: THREE.IUniform<boolean>;
 }
 
+/** A straight piece of a line of equal height. */
+export interface ContourPiece {
+  readonly height: number;
+  readonly ends: readonly [THREE.Vector3, THREE.Vector3];
+}
+
 /** Share of the way to the eye at which lines are drawn in front of the surface. */
 const LINE_LIFT = 0.9985;
 /** Of one triangle: three edges of two corners. */
@@ -158,6 +164,27 @@ export class TileMesh {
     const surface = { corners: this.tile.corners, texels: this.texels, places, triangleCount: this.drawn, stride: 2 };
     const near = through && { isCandidate: (triangle: number) => this.isAround(triangle, through) };
     return firstHit(own, { ...surface, ...near }, raise, farthest);
+  }
+
+  /** Where the drawn surface is as high as a multiple of `interval`, as pieces of lines in the frame, without exaggeration. */
+  contours(interval: number): ContourPiece[] {
+    const places = this.places.image.data as Uint32Array;
+    const pieces: ContourPiece[] = [];
+    for (let at = 0; at < 3 * this.drawn; at += 3) {
+      const corners = [0, 1, 2].map((corner) => 4 * places[2 * this.tile.corners[at + corner]!]!);
+      const heights = corners.map((corner) => this.texels[corner + 3]!);
+      const height = interval * Math.ceil(Math.min(...heights) / interval);
+      if (height >= Math.max(...heights)) continue;
+      const ends: THREE.Vector3[] = [];
+      for (const [from, to] of [[0, 1], [1, 2], [2, 0]] as const) {
+        const share = (height - heights[from]!) / (heights[to]! - heights[from]!);
+        if (!(share >= 0 && share < 1)) continue;
+        const [start, end] = [from, to].map((corner) => new THREE.Vector3().fromArray(this.texels, corners[corner])) as [THREE.Vector3, THREE.Vector3];
+        ends.push(start.lerp(end, share).add(this.object.position));
+      }
+      if (ends.length === 2) pieces.push({ height, ends: [ends[0]!, ends[1]!] });
+    }
+    return pieces;
   }
 
   /** Whether a place of the square is in the rectangle around a triangle, or beside it: edges are not straight in degrees. */

@@ -7,6 +7,7 @@ import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
+import type { ContourPiece } from "./tile_mesh.ts";
 import { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 
@@ -141,6 +142,27 @@ export class Viewer {
   /** Draws a tile alone, at one of its levels; all again without one. */
   showAlone(address: Address | undefined, level?: TileLevelView): void {
     this.layer?.showAlone(address, level);
+  }
+
+  /** Pieces of the contour lines; none while there are no lines. */
+  contourPieces(): readonly ContourPiece[] {
+    return this.settings.contours ? (this.layer?.contourPieces() ?? []) : [];
+  }
+
+  /** Pixels of the canvas, from its top left, where a place in the scene is seen; undefined behind the eye. */
+  pixelOf(place: THREE.Vector3): readonly [number, number] | undefined {
+    const seen = place.clone().applyMatrix4(this.camera.matrixWorldInverse);
+    if (seen.z >= 0) return undefined;
+    const { x, y } = seen.applyMatrix4(this.camera.projectionMatrix);
+    return [((x + 1) / 2) * this.canvas.clientWidth, ((1 - y) / 2) * this.canvas.clientHeight];
+  }
+
+  /** Whether no ground is before a place in the scene. */
+  isInSight(place: THREE.Vector3): boolean {
+    const toPlace = place.clone().sub(this.camera.position);
+    const distance = toPlace.length();
+    const ground = this.layer?.hit(new THREE.Ray(this.camera.position.clone(), toPlace.normalize()));
+    return ground === undefined || ground.distance > 0.99 * distance;
   }
 
   /** Adds to the scene, whose metres are those of the frame of what is shown. */

@@ -215,6 +215,25 @@ test("light by normals changes the picture, not the triangles", async () => {
   assert.equal(plain.triangles, fine.triangles);
 });
 
+test("contour lines have their heights written on them while the view rests", async () => {
+  await startAnew();
+  await page.check("#contours");
+  await page.waitForSelector("#contour-labels span", { state: "attached" });
+  const labels = await page.evaluate(() =>
+    [...document.querySelectorAll("#contour-labels span")].map((label) => {
+      const { x, y, width, height } = label.getBoundingClientRect();
+      const ground = window.terrain.groundAt((2 * (x + width / 2)) / innerWidth - 1, 1 - (2 * (y + height / 2)) / innerHeight);
+      return { text: label.textContent, height: ground?.height };
+    }),
+  );
+  assert.ok(labels.length >= 3, `${labels.length} labels`);
+  for (const { text, height } of labels) assert.ok(Math.abs(Number(text) - height) < 25, `${text} on ground of ${height} m`);
+  assert.ok(new Set(labels.map(({ text }) => text)).size > 1);
+  await page.uncheck("#contours");
+  await settledStats();
+  assert.equal(await page.locator("#contour-labels span").count(), 0);
+});
+
 test("the tile in the middle is shown alone, finer from level to level", async () => {
   await startAnew();
   const all = await settledStats();
