@@ -13,10 +13,10 @@
 // both tiles compute that alike, to the bit, from the side alone. A vertex that neither picture shows stays with its
 // representative. So neighbours meet at every moment.
 
-import type { Vector3 } from "three";
+import { Triangle, Vector3 } from "three";
 import { degreesOf, keyOf, parentOf, type Address } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
-import { COARSEST_DETAIL, finestDetail, placesOf, type Detail } from "./partition.ts";
+import { COARSEST_DETAIL, drawnPrefix, finestDetail, isSameDetail, placesOf, type Detail } from "./partition.ts";
 import { interiorLevels, type Tile } from "./spt.ts";
 
 /** A place that a vertex is drawn at. */
@@ -38,13 +38,13 @@ export interface ShownTile extends Detail {
 }
 
 /** A tile to draw while pictures change: where each vertex begins and ends. */
-export interface Moving {
+export interface Moving<S extends ShownTile> {
   readonly address: Address;
   readonly from: readonly Spot[];
   readonly to: readonly Spot[];
-  /** Its levels of detail in the pictures; undefined where that shows a tile above. */
-  readonly before: ShownTile | undefined;
-  readonly after: ShownTile | undefined;
+  /** What the pictures show of its square: itself or a tile above. */
+  readonly before: S;
+  readonly after: S;
 }
 
 /** Where the vertices of a tile are in a picture. */
@@ -55,7 +55,7 @@ interface Placement {
 }
 
 /** Two pictures, and the tiles that are drawn from one to the other. */
-export class Morph {
+export class Morph<S extends ShownTile> {
   private readonly placesAsSpots = new Map<Tile, (Spot | undefined)[]>();
 
   /** `tileAt` gives those that are loaded; what is not, appears and vanishes at once. */
@@ -65,30 +65,29 @@ export class Morph {
   ) {}
 
   /** Tiles of the second picture that are in the first one with the same level of detail are not among them. */
-  between(before: ReadonlyMap<string, ShownTile>, after: ReadonlyMap<string, ShownTile>): Moving[] {
+  between(before: ReadonlyMap<string, S>, after: ReadonlyMap<string, S>): Moving<S>[] {
     const first = [...after.values()].flatMap((shown) => this.refined(shown, shownAbove(before, shown.address)));
     const second = [...before.values()].flatMap((shown) => this.coarsened(shown, shownAbove(after, shown.address)));
     return [...first, ...second];
   }
 
   /** A tile of the second picture which the first shows, too, or one above it. */
-  private refined(after: ShownTile, before: ShownTile | undefined): Moving[] {
+  private refined(after: S, before: S | undefined): Moving<S>[] {
     if (before === undefined || (keyOf(before.address) === keyOf(after.address) && isSameDetail(before, after))) return [];
     return this.moving(after.address, before, after);
   }
 
   /** A tile of the first picture above which the second shows one. */
-  private coarsened(before: ShownTile, after: ShownTile | undefined): Moving[] {
+  private coarsened(before: S, after: S | undefined): Moving<S>[] {
     if (after === undefined || keyOf(before.address) === keyOf(after.address)) return [];
     return this.moving(before.address, before, after);
   }
 
-  private moving(address: Address, before: ShownTile, after: ShownTile): Moving[] {
+  private moving(address: Address, before: S, after: S): Moving<S>[] {
     const tile = this.tileAt(address);
     const [from, to] = [before, after].map((shown) => tile && this.placement(tile, shown));
     if (from === undefined || to === undefined) return [];
-    const isOwn = (shown: ShownTile) => (keyOf(shown.address) === keyOf(address) ? shown : undefined);
-    return [{ address, from: apart(from, to), to: apart(to, from), before: isOwn(before), after: isOwn(after) }];
+    return [{ address, from: apart(from, to), to: apart(to, from), before, after }];
   }
 
   /** Undefined where a tile on the way up is not loaded. */
@@ -141,6 +140,37 @@ export class Morph {
   }
 }
 
+/** How many triangles hold all that a moving tile has in both pictures. */
+export function movingPrefix<S extends ShownTile>(tile: Tile, { before, after }: Moving<S>): number {
+  const own = [before, after].filter(({ address }) => keyOf(address) === keyOf(tile.address));
+  return Math.max(...own.map((shown) => drawnPrefix(tile, shown)));
+}
+
+/** Moments at which the way of vertices is held against the triangles around them; at the first, most have no area. */
+const MOMENTS = [0.3, 0.65, 1];
+
+/**
+ * How far the ground moves across itself, at most, from one picture to the other: what a vertex slides along its triangles does not
+ * show. `scale` tells how large a metre is at a place.
+ */
+export function largestMotion<S extends ShownTile>(tile: Tile, moving: Moving<S>, scale: (place: Vector3) => number): number {
+  const { from, to } = moving;
+  const ways = to.map(({ position }, vertex) => position.clone().sub(from[vertex]!.position));
+  const [plane, triangle] = [new Vector3(), new Triangle()];
+  const corners = [triangle.a, triangle.b, triangle.c];
+  let most = 0;
+  for (const moment of MOMENTS) {
+    for (let at = 0; at < 3 * movingPrefix(tile, moving); at += 3) {
+      const vertices = tile.corners.subarray(at, at + 3);
+      if (vertices.every((vertex) => ways[vertex]!.lengthSq() === 0)) continue;
+      corners.forEach((corner, n) => corner.copy(from[vertices[n]!]!.position).addScaledVector(ways[vertices[n]!]!, moment));
+      triangle.getNormal(plane);
+      corners.forEach((corner, n) => (most = Math.max(most, Math.abs(plane.dot(ways[vertices[n]!]!)) * scale(corner))));
+    }
+  }
+  return most;
+}
+
 /** The spots of one picture, where those that only the other one shows are apart from their representatives. */
 function apart(placement: Placement, other: Placement): Spot[] {
   return placement.spots.map((spot, vertex) => (other.onCoarseSide.has(vertex) ? spot : (placement.onCoarseSide.get(vertex) ?? spot)));
@@ -180,12 +210,8 @@ function sideVertices(tile: Tile): SideVertex[][] {
   return sides.map((vertices) => vertices.sort((a, b) => a.along - b.along));
 }
 
-function isSameDetail(a: Detail, b: Detail): boolean {
-  return a.interior === b.interior && a.fineSides.every((fine, side) => fine === b.fineSides[side]);
-}
-
 /** The tile of a picture that is this one or above it. */
-function shownAbove(picture: ReadonlyMap<string, ShownTile>, address: Address): ShownTile | undefined {
+function shownAbove<S>(picture: ReadonlyMap<string, S>, address: Address): S | undefined {
   for (let at = address; ; at = parentOf(at)) {
     const found = picture.get(keyOf(at));
     if (found !== undefined || at.zoom === 0) return found;

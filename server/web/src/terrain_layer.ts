@@ -1,12 +1,13 @@
 // One tileset in the scene: selects, loads, shows, and blends from one level of detail to the next.
 
 import * as THREE from "three";
-import { degreesOf, keyOf, parentOf, type Address } from "./address.ts";
+import { degreesOf, keyOf, type Address } from "./address.ts";
 import { Frame } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
+import { largestMotion, Morph, type Moving } from "./morph.ts";
 import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
 import { normalsOf } from "./normals.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
@@ -71,6 +72,8 @@ export const DEFAULT_SETTINGS: TerrainSettings = {
 };
 
 const BLEND_MILLISECONDS = 250;
+/** Of a blend, in one frame, however many pixels that is. */
+const LEAST_STEP = 1 / 60;
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
@@ -90,8 +93,10 @@ export class TerrainLayer {
   private settings = DEFAULT_SETTINGS;
   private alone: Choice | undefined;
   private shown = new Map<string, Choice>();
-  private blending: TileMesh[] = [];
-  private blendStart = 0;
+  /** What is in the scene: while the picture changes, not what is shown yet. */
+  private drawn = new Map<string, Pick<Choice, "address" | "error">>();
+  private blend = { share: 1, step: 1, isRunning: false };
+  private lastUpdate = 0;
   private isStale = true;
   private missing = 0;
 
@@ -125,7 +130,7 @@ export class TerrainLayer {
 
   /** Whether nothing will change until the view does. */
   get isSettled(): boolean {
-    return !this.isStale && this.blending.length === 0 && !this.isLoading;
+    return !this.isStale && !this.blend.isRunning && !this.isLoading;
   }
 
   /** Whether something that the view needs is not here yet. */
@@ -137,7 +142,7 @@ export class TerrainLayer {
   hit(ray: THREE.Ray): GroundPoint | undefined {
     const { exaggeration, baseHeight } = this.uniforms;
     let nearest: { distance: number; height: number; error: number } | undefined;
-    for (const { address, error } of this.shown.values()) {
+    for (const { address, error } of this.drawn.values()) {
       const mesh = this.store.get(address)?.mesh;
       if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise)))) continue;
       const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
@@ -152,7 +157,7 @@ export class TerrainLayer {
     const surface = this.frame.position(longitude, latitude, 0);
     const down = surface.sub(this.frame.position(longitude, latitude, 1)).normalize();
     const ray = new THREE.Ray(this.frame.position(longitude, latitude, FROM_ABOVE), down);
-    for (const { address, error } of this.shown.values()) {
+    for (const { address, error } of this.drawn.values()) {
       const degrees = degreesOf(address.zoom);
       const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
       if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
@@ -168,7 +173,7 @@ export class TerrainLayer {
     const up = new THREE.Vector3();
     const raise = (place: THREE.Vector3, height: number) =>
       place.addScaledVector(up.copy(place).sub(this.frame.earthCentre).normalize(), (exaggeration.value - 1) * (height - baseHeight.value));
-    const meshes = [...this.shown.values()].flatMap(({ address }) => this.store.get(address)?.mesh ?? []);
+    const meshes = [...this.drawn.values()].flatMap(({ address }) => this.store.get(address)?.mesh ?? []);
     const pieces = meshes.filter(({ object }) => object.visible).flatMap((mesh) => mesh.contours(contourInterval.value));
     for (const { height, ends } of pieces) for (const end of ends) raise(end, height);
     return pieces;
@@ -220,7 +225,7 @@ export class TerrainLayer {
     this.uniforms.heights.value.set(lowest, highest);
     this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
     this.uniforms.contours.value = contours;
-    for (const { address } of this.shown.values()) this.store.get(address)?.mesh.setWireframe(wireframe);
+    for (const { address } of this.drawn.values()) this.store.get(address)?.mesh.setWireframe(wireframe);
     if (this.settings.imagery !== imagery) this.changePictures();
     this.invalidate();
   }
@@ -246,12 +251,12 @@ export class TerrainLayer {
     const camera = this.seenFrom(from, pixelsHigh);
     this.advanceBlend(now);
     const sight = new Sight(camera);
-    if (this.isStale && this.blending.length === 0) this.reselect(camera, sight, now);
-    for (const { address } of this.shown.values()) {
+    if (this.isStale && !this.blend.isRunning) this.reselect(camera, sight);
+    for (const { address } of this.drawn.values()) {
       const object = this.store.get(address)?.mesh.object;
       if (object !== undefined) object.visible = sight.sees(this.store.bounds(address));
     }
-    if (this.blending.length > 0) this.onChange();
+    if (this.blend.isRunning) this.onChange();
   }
 
   stats(): Stats {
@@ -295,12 +300,21 @@ export class TerrainLayer {
   }
 
   private advanceBlend(now: number): void {
-    const share = Math.min(1, (now - this.blendStart) / BLEND_MILLISECONDS);
-    for (const mesh of this.blending) mesh.setBlend(share * share * (3 - 2 * share));
-    if (share === 1) this.blending = [];
+    const elapsed = now - this.lastUpdate;
+    this.lastUpdate = now;
+    if (!this.blend.isRunning) return;
+    this.blend.share = Math.min(1, this.blend.share + Math.min(elapsed / BLEND_MILLISECONDS, this.blend.step));
+    if (this.blend.share < 1) {
+      for (const { address } of this.drawn.values()) this.meshOf(address).setBlend(this.blend.share);
+      return;
+    }
+    this.blend.isRunning = false;
+    this.drawn = new Map(this.shown);
+    for (const choice of this.shown.values()) this.meshOf(choice.address).show(choice);
+    this.putInScene();
   }
 
-  private reselect(camera: Camera, sight: Sight, now: number): void {
+  private reselect(camera: Camera, sight: Sight): void {
     this.isStale = false;
     this.store.startSelection();
     const demand = { ...BUDGET, tolerance: this.settings.maxPixels };
@@ -308,10 +322,10 @@ export class TerrainLayer {
     if (this.alone !== undefined) {
       this.store.levels(this.alone.address);
       this.missing = 0;
-      return this.show([this.alone], now);
+      return this.show([this.alone], camera);
     }
     const { choices, requests } = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
-    this.show(choices, now);
+    this.show(choices, camera);
     this.missing = requests.length;
     this.store.request(requests);
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
@@ -333,33 +347,52 @@ export class TerrainLayer {
     this.pictures = imagery && picturesOf(imagery, () => this.invalidate());
   }
 
-  private show(choices: readonly Choice[], now: number): void {
+  /** Draws a picture, beginning with the one before it. */
+  private show(choices: readonly Choice[], camera: Camera): void {
     const before = this.shown;
     this.shown = new Map(choices.map((choice) => [keyOf(choice.address), choice]));
-    this.group.clear();
-    this.blendStart = now;
+    const moving = new Morph<Choice>(this.frame, (address) => this.store.get(address)?.tile).between(before, this.shown);
+    this.drawn = new Map(moving.map(({ address, before, after }) => [keyOf(address), { address, error: Math.max(before.error, after.error) }]));
+    const hidden = new Set(moving.map(({ after }) => keyOf(after.address)));
     for (const [key, choice] of this.shown) {
-      const { tile, mesh } = this.store.get(choice.address)!;
+      // It follows when what is drawn in its place has become it.
+      if (hidden.has(key)) continue;
+      this.drawn.set(key, choice);
+      this.meshOf(choice.address).show(choice);
+    }
+    for (const { address } of moving) this.store.levels(address);
+    for (const moved of moving) this.meshOf(moved.address).move(moved);
+    this.blend = { share: 0, step: this.largestStep(moving, camera), isRunning: moving.length > 0 };
+    this.putInScene();
+  }
+
+  private putInScene(): void {
+    this.group.clear();
+    for (const { address, error } of this.drawn.values()) {
+      const mesh = this.meshOf(address);
       this.group.add(mesh.object);
       mesh.setWireframe(this.settings.wireframe);
-      mesh.setError(choice.error);
-      mesh.setNormals(this.settings.detailedLight ? this.normals.finest(choice.address) : undefined);
-      mesh.setPicture(this.pictures?.finest(choice.address));
-      const earlier = before.get(key);
-      if (earlier !== undefined && isSameDetail(earlier, choice)) continue;
-      mesh.show(choice, earlier ?? (isParentIn(before, choice) ? COARSEST_DETAIL : finestDetail(tile)));
-      this.blending.push(mesh);
+      mesh.setError(error);
+      mesh.setNormals(this.settings.detailedLight ? this.normals.finest(address) : undefined);
+      mesh.setPicture(this.pictures?.finest(address));
     }
   }
-}
 
-function isSameDetail(a: Detail, b: Detail): boolean {
-  return a.interior === b.interior && a.fineSides.every((fine, side) => fine === b.fineSides[side]);
-}
+  private meshOf(address: Address): TileMesh {
+    return this.store.get(address)!.mesh;
+  }
 
-/** What the parent showed last is the tile's coarsest; what children showed last, its finest. */
-function isParentIn(shown: ReadonlyMap<string, Choice>, { address }: Choice): boolean {
-  return shown.size === 0 || (address.zoom > 0 && shown.has(keyOf(parentOf(address))));
+  /**
+   * How far a blend may go in one frame, so that the ground moves by no more pixels than it may be off. A way of very many pixels,
+   * as after a leap of the camera, is not drawn out for more than a second.
+   */
+  private largestStep(moving: readonly Moving<Choice>[], camera: Camera): number {
+    const sight = new Sight(camera);
+    const scale = (place: THREE.Vector3) => camera.pixelsPerRadian / place.distanceTo(camera.eye);
+    const seen = moving.filter(({ address }) => sight.sees(this.store.bounds(address)));
+    const pixels = seen.map((moved) => largestMotion(this.store.get(moved.address)!.tile, moved, scale));
+    return Math.max(LEAST_STEP, this.settings.maxPixels / Math.max(...pixels, 1e-6));
+  }
 }
 
 /** 1, 2 or 5 times a power of ten, at least `least`. */

@@ -3,8 +3,7 @@ import { test } from "node:test";
 import { Vector3 } from "three";
 import { keyOf, type Address } from "../src/address.ts";
 import { Frame } from "../src/frame.ts";
-import { Morph, type Moving, type ShownTile } from "../src/morph.ts";
-import { drawnPrefix } from "../src/partition.ts";
+import { Morph, movingPrefix, type Moving, type ShownTile } from "../src/morph.ts";
 import { select, type Choice } from "../src/select.ts";
 import type { Tile } from "../src/spt.ts";
 import { flatEarth, PYRAMID, viewFrom } from "./flat_earth.ts";
@@ -26,26 +25,27 @@ function pictureFrom(x: number, y: number, z: number, tolerance = 2): Map<string
 }
 
 /** Every tile that is drawn on the way: those that move, and those of the second picture that are in both as they are. */
-function allMoving(before: ReadonlyMap<string, ShownTile>, after: ReadonlyMap<string, ShownTile>): Moving[] {
-  const moving = new Morph(frame, tileAt).between(before, after);
+function allMoving(before: ReadonlyMap<string, ShownTile>, after: ReadonlyMap<string, ShownTile>): Moving<ShownTile>[] {
+  const moving = new Morph<ShownTile>(frame, tileAt).between(before, after);
   const resting = [...after.values()].filter((shown) => before.has(keyOf(shown.address)));
   const known = new Set(moving.map(({ address }) => keyOf(address)));
   const still = resting.filter(({ address }) => !known.has(keyOf(address)));
   // As if from a picture of another level of detail, so that there are spots to look at; their ends count.
   const others = still.flatMap((shown) => {
     const other = { ...shown, interior: shown.interior === 0 ? 1 : 0, fineSides: [false, false, false, false] };
-    const [found] = new Morph(frame, tileAt).between(new Map([[keyOf(shown.address), other]]), new Map([[keyOf(shown.address), shown]]));
+    const [found] = new Morph<ShownTile>(frame, tileAt).between(new Map([[keyOf(shown.address), other]]), new Map([[keyOf(shown.address), shown]]));
     return [{ ...found!, from: found!.to }];
   });
   return [...moving, ...others];
 }
 
 /** Names of the edges that are drawn at a moment, by the bits of their ends, from which no other triangle's edge comes back. */
-function openEdges(moving: readonly Moving[], blend: number): string[] {
+function openEdges(moving: readonly Moving<ShownTile>[], blend: number): string[] {
   const edges = new Map<string, number>();
-  for (const { address, from, to, before, after } of moving) {
+  for (const moved of moving) {
+    const { address, from, to } = moved;
     const tile = tileAt(address);
-    const triangles = Math.max(...[before, after].map((shown) => (shown === undefined ? 0 : drawnPrefix(tile, shown))));
+    const triangles = movingPrefix(tile, moved);
     const name = (corner: number) => {
       const { x, y, z } = from[corner]!.position.clone().lerp(to[corner]!.position, blend);
       return `${x},${y},${z}`;
@@ -61,7 +61,7 @@ function openEdges(moving: readonly Moving[], blend: number): string[] {
 }
 
 /** Ends of open edges that are not at a pole or on the antimeridian, where the lattice of a flat picture ends. */
-function gaps(moving: readonly Moving[], blend: number): string[] {
+function gaps(moving: readonly Moving<ShownTile>[], blend: number): string[] {
   const isAtEnd = (edge: string) => {
     const ends = edge.split(" ").map((end) => end.split(",").map(Number));
     return ends.every(([x = 0, y = 0, z = 0]) => {
@@ -88,7 +88,7 @@ for (const [at, view] of FLIGHT.entries()) {
 test("at both ends, the vertices that are drawn are those of the pictures", () => {
   for (const [earlier, later] of [[FLIGHT[2]!, FLIGHT[3]!], [FLIGHT[3]!, FLIGHT[7]!]] as const) {
     const [before, after] = [pictureFrom(...earlier), pictureFrom(...later)];
-    for (const { address, from, to } of new Morph(frame, tileAt).between(before, after)) {
+    for (const { address, from, to } of new Morph<ShownTile>(frame, tileAt).between(before, after)) {
       for (const [spots, picture] of [[from, before], [to, after]] as const) {
         for (const { longitude, latitude, height, own } of spots) {
           if (own === undefined) continue;

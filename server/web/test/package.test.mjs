@@ -1,4 +1,5 @@
 // The package as npm packs it, installed beside an archive in a folder that nginx serves. TERRAIN_ARCHIVE: the archive.
+// `npm run package` has to have been run.
 
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
@@ -20,7 +21,6 @@ const complaints = [];
 before(async () => {
   assert.ok(process.env.TERRAIN_ARCHIVE, "set TERRAIN_ARCHIVE to an archive of terrain-ingest");
   folder = await mkdtemp(join(tmpdir(), "terrain-package-"));
-  await run("npm", ["run", "package"], { cwd: HOME });
   const { stdout } = await run("npm", ["pack", "--json", "--pack-destination", folder], { cwd: HOME });
   [packed] = JSON.parse(stdout);
   const modules = join(folder, "node_modules");
