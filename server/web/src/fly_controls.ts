@@ -1,6 +1,7 @@
 // Free flight: WASD moves, Q and E sink and climb, dragging looks around, the wheel changes the speed.
 
 import * as THREE from "three";
+import { isTyping } from "./keys.ts";
 
 const RADIANS_PER_PIXEL = 0.004;
 const STEEPEST = Math.PI / 2 - 0.05;
@@ -50,8 +51,7 @@ export class FlyControls {
   }
 
   private press(event: KeyboardEvent): void {
-    const isTyping = event.target instanceof HTMLSelectElement;
-    if (!this.enabled || isTyping || event.ctrlKey || event.metaKey) return;
+    if (!this.enabled || isTyping(event) || event.ctrlKey || event.metaKey) return;
     this.pressed.add(event.code);
     this.onChange();
   }

@@ -1,6 +1,6 @@
 // A local east-north-up frame on WGS84, in metres, in which the whole scene is drawn.
 
-import { Box3, Vector3 } from "three";
+import { Box3, Matrix4, Vector3 } from "three";
 import { degreesOf, type Address } from "./address.ts";
 import { boxAround, type OrientedBox } from "./oriented_box.ts";
 import type { Ellipsoid } from "./sight.ts";
@@ -64,6 +64,13 @@ export class Frame {
   /** The inverse of `position`, in Earth-centred metres. */
   earthCentredOf({ x, y, z }: Vector3): Vector3 {
     return this.origin.clone().addScaledVector(this.east, x).addScaledVector(this.north, y).addScaledVector(this.up, z);
+  }
+
+  /** From metres in this frame to metres in another one. */
+  matrixTo(other: Frame): Matrix4 {
+    const [x, y, z] = [this.east, this.north, this.up].map((axis) => other.rotate(axis));
+    const origin = other.rotate(this.origin.clone().sub(other.origin));
+    return new Matrix4().makeBasis(x!, y!, z!).setPosition(origin);
   }
 
   private gridOver([west, south, east, north]: Bounds, heights: readonly [number, number]): Vector3[] {

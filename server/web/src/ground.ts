@@ -25,6 +25,8 @@ export interface DrawnSurface {
   readonly triangleCount: number;
   /** Which vertices' places are at even indices of `places`. */
   readonly stride: number;
+  /** Which triangles may be met; all, where this is not said. */
+  readonly isCandidate?: (triangle: number) => boolean;
 }
 
 /** Where a ray first meets the surface, before `farthest`: how far away, and the height there. */
@@ -40,6 +42,7 @@ export function firstHit(
   const heights = new THREE.Vector3();
   let found: { distance: number; height: number } | undefined;
   for (let at = 0; at < 3 * surface.triangleCount; at += 3) {
+    if (surface.isCandidate?.(at / 3) === false) continue;
     for (let side = 0; side < 3; side++) {
       const place = 4 * places[stride * corners[at + side]!]!;
       heights.setComponent(side, texels[place + 3]!);

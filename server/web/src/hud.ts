@@ -1,11 +1,15 @@
 // The panel over the view: settings in, figures out.
 
 import type { GroundPoint } from "./ground.ts";
+import { templateFault, type Imagery } from "./imagery.ts";
+import { isTyping } from "./keys.ts";
 import { showLegend } from "./legend.ts";
+import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
+import type { TileLevels } from "./tile_levels.ts";
 import { heightsAbove, type Tileset } from "./tileset.ts";
-import type { Viewer } from "./viewer.ts";
+import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
@@ -20,6 +24,7 @@ function element<T extends HTMLElement>(id: string, type: new () => T): T {
 const NARROW = 600;
 /** Pixels that the scale bar has at most. */
 const SCALE_PIXELS = 100;
+const IMAGERY_STYLE = STYLES.indexOf("Imagery");
 /** Lowest and highest of what is shown. */
 let heights: readonly [number, number] = [0, 0];
 
@@ -27,32 +32,70 @@ const input = (id: string) => element(id, HTMLInputElement);
 const setText = (id: string, text: string) => (element(id, HTMLElement).textContent = text);
 
 /** Connects the panel and the keyboard to the viewer. */
-export function connect(viewer: Viewer): void {
-  connectRange("pixels", (pixels) => viewer.setMaxPixels(pixels), " px");
-  connectRange("exaggeration", (factor) => viewer.setExaggeration(factor), " ×");
-  connectSwitch("contours", "KeyC", (visible) => viewer.setContours(visible));
-  connectSwitch("light", "KeyL", (isDetailed) => viewer.setDetailedLight(isDetailed));
+export function connect(views: Views, measuring: Measuring, levels: TileLevels): void {
+  connectRange("pixels", (maxPixels) => views.set({ maxPixels }), " px");
+  connectRange("exaggeration", (exaggeration) => views.set({ exaggeration }), " ×");
+  connectSwitch("contours", "KeyC", (contours) => views.set({ contours }));
+  connectSwitch("light", "KeyL", (detailedLight) => views.set({ detailedLight }));
   input("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
   connectSwitch("dark", "KeyB", (isDark) => (document.documentElement.style.colorScheme = isDark ? "dark" : "light"));
-  connectStyles(viewer);
+  connectStyles(views);
+  connectImagery(views);
   connectShare();
-  element("north", HTMLElement).addEventListener("click", () => viewer.faceNorth());
+  element("north", HTMLElement).addEventListener("click", () => views.steer().faceNorth());
   element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
-  connectSwitch("wireframe", "KeyX", (visible) => viewer.setWireframe(visible));
+  connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
+  connectSwitch("tile-levels", "KeyT", (isEnabled) => levels.setEnabled(isEnabled));
+  connectSwitch("wireframe", "KeyX", (wireframe) => views.set({ wireframe }));
   connectSwitch("flying", "KeyF", (flying) => {
-    viewer.setFlying(flying);
+    views.setFlying(flying);
     setText("help", flying ? FLY_HELP : ORBIT_HELP);
   });
-  onKey("KeyR", () => viewer.lookAtAll());
+  onKey("KeyR", () => views.steer().lookAtAll());
 }
 
-function connectStyles(viewer: Viewer): void {
+function connectStyles(views: Views): void {
   const select = element("style", HTMLSelectElement);
   select.append(...STYLES.map((style) => new Option(style)));
   select.addEventListener("input", () => {
-    viewer.setStyle(select.selectedIndex);
+    views.set({ style: select.selectedIndex });
     showLegend(select.selectedIndex, heights);
   });
+}
+
+/** The address of the page names the imagery, and whose it is if that is known. */
+function connectImagery(views: Views): void {
+  const field = input("imagery");
+  const query = new URLSearchParams(location.search);
+  field.value = query.get("imagery") ?? "";
+  const show = () => {
+    const imagery = imageryOf(field.value.trim(), query.get("attribution"));
+    views.set({ imagery });
+    setText("attribution", imagery?.attribution ?? "");
+    element("attribution", HTMLElement).hidden = imagery === undefined;
+    const select = element("style", HTMLSelectElement);
+    select.options[IMAGERY_STYLE]!.disabled = imagery === undefined;
+    const isNew = imagery !== undefined || select.selectedIndex === IMAGERY_STYLE;
+    if (isNew) select.selectedIndex = imagery === undefined ? 0 : IMAGERY_STYLE;
+    select.dispatchEvent(new Event("input"));
+  };
+  field.addEventListener("change", () => {
+    const template = field.value.trim();
+    field.setCustomValidity(template === "" ? "" : (templateFault(template) ?? ""));
+    if (!field.reportValidity()) return;
+    query.delete("attribution");
+    if (template === "") query.delete("imagery");
+    else query.set("imagery", template);
+    history.replaceState(null, "", `?${query}${location.hash}`);
+    show();
+  });
+  show();
+}
+
+/** Where nobody says whose the imagery is, its server is named. */
+function imageryOf(template: string, attribution: string | null): Imagery | undefined {
+  if (template === "" || templateFault(template) !== undefined) return undefined;
+  return { template, attribution: attribution ?? `Imagery: ${new URL(template, location.href).hostname}` };
 }
 
 /** The address always is that of the view. */
@@ -65,7 +108,7 @@ function connectShare(): void {
 }
 
 /** Sets a slider or a switch as if the user had. */
-export function set(id: "pixels" | "wireframe", value: number | boolean): void {
+export function set(id: "pixels" | "wireframe" | "tile-levels", value: number | boolean): void {
   const control = input(id);
   if (typeof value === "boolean") control.checked = value;
   else control.value = String(value);
@@ -80,6 +123,7 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
   const showHeights = (tileset?: Tileset) => {
     setText("name", tileset?.name ?? "");
     setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
+    input("light").disabled = tileset?.source.normals === undefined;
     heights = tileset?.metadata.heights ?? heights;
     showLegend(element("style", HTMLSelectElement).selectedIndex, heights);
   };
@@ -89,32 +133,58 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
     const chosen = tilesets[select.selectedIndex];
     select.blur();
     showHeights(chosen);
+    set("tile-levels", false);
     if (chosen !== undefined) open(chosen);
   });
 }
 
+/** Lets a tileset be chosen for the view beside; the address of the page names it. */
+export function offerBeside(tilesets: readonly Tileset[], show: (tileset: Tileset | undefined) => void): void {
+  const select = element("beside-tileset", HTMLSelectElement);
+  select.append(new Option("–"), ...tilesets.map(({ name }) => new Option(name)));
+  element("beside-choice", HTMLElement).hidden = tilesets.length < 2;
+  const query = new URLSearchParams(location.search);
+  const choose = () => {
+    const chosen = tilesets[select.selectedIndex - 1];
+    element("beside-name", HTMLElement).hidden = chosen === undefined;
+    setText("beside-name", chosen?.name ?? "");
+    show(chosen);
+  };
+  select.addEventListener("change", () => {
+    select.blur();
+    if (select.selectedIndex === 0) query.delete("beside");
+    else query.set("beside", select.value);
+    history.replaceState(null, "", `?${query}${location.hash}`);
+    choose();
+  });
+  select.selectedIndex = 1 + tilesets.findIndex(({ name }) => name === query.get("beside"));
+  choose();
+}
+
 /** Shows what is drawn. */
-export function showStats({ tiles, triangles, zooms, bytes, normalsBytes }: Stats, middle: GroundPoint | undefined): void {
+export function showStats({ tiles, triangles, zooms, bytes, normalsBytes, imageryBytes }: Stats, middle: GroundPoint | undefined): void {
   setText("tiles", tiles.toLocaleString("en"));
   setText("triangles", triangles.toLocaleString("en"));
   setText("zooms", zooms === undefined ? "–" : [...new Set(zooms)].join(" – "));
   setText("error", middle === undefined ? "–" : `± ${formatMetres(middle.error)}`);
-  setText("bytes", `${megabytes(bytes)} + ${megabytes(normalsBytes)} MB`);
+  setText("bytes", `${megabytes(bytes)} + ${megabytes(normalsBytes + imageryBytes)} MB`);
 }
 
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
 
-/** Shows the ground under the pointer, or in the middle where there is no pointer. */
-export function showPlace(ground: GroundPoint | undefined, datum: string): void {
+/** Shows the ground under the pointer, or in the middle where there is no pointer; and that of the other view. */
+export function showPlace(ground: GroundPoint | undefined, datum: string, beside: GroundPoint | undefined): void {
   if (ground === undefined) {
     setText("place", "");
     return;
   }
-  const { longitude, latitude, height, error } = ground;
+  const { longitude, latitude } = ground;
   const at = `${Math.abs(latitude).toFixed(5)}° ${latitude < 0 ? "S" : "N"}, ${Math.abs(longitude).toFixed(5)}° ${longitude < 0 ? "W" : "E"}`;
   const above = datum === "unspecified" ? "an unknown datum" : datum;
-  setText("place", `${at}: ${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)} above ${above}`);
+  setText("place", `${at}: ${heightOf(ground)} above ${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
 }
+
+const heightOf = ({ height, error }: GroundPoint) => `${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)}`;
 
 /** Shows how long so much of the middle of the view is, and where north is. */
 export function showBearings(metresPerPixel: number | undefined, azimuth: number): void {
@@ -161,6 +231,7 @@ function connectSwitch(id: string, key: string, apply: (on: boolean) => void): v
   box.addEventListener("input", update);
   box.addEventListener("change", () => box.blur());
   onKey(key, () => {
+    if (box.disabled) return;
     box.checked = !box.checked;
     update();
   });
@@ -170,6 +241,6 @@ function connectSwitch(id: string, key: string, apply: (on: boolean) => void): v
 function onKey(code: string, act: () => void): void {
   window.addEventListener("keydown", (event) => {
     const isOurs = event.code === code && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey;
-    if (isOurs && !(event.target instanceof HTMLSelectElement)) act();
+    if (isOurs && !isTyping(event)) act();
   });
 }

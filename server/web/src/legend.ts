@@ -10,8 +10,9 @@ const COLOURS = [
 /** Shows the colours of a style between their ends. */
 export function showLegend(style: number, [lowest, highest]: readonly [number, number]): void {
   const ends = [[`${Math.floor(lowest)} m`, `${Math.ceil(highest)} m`], ["shade", "sun"], ["0°", "50°"], ["≤ 0.1 m", "≥ 1 km"]];
+  document.getElementById("legend")!.hidden = ends[style] === undefined;
   const [low = "", high = ""] = ends[style] ?? [];
   document.getElementById("legend-low")!.textContent = low;
   document.getElementById("legend-high")!.textContent = high;
-  document.getElementById("legend-colours")!.style.background = `linear-gradient(to right, ${COLOURS[style]})`;
+  document.getElementById("legend-colours")!.style.background = `linear-gradient(to right, ${COLOURS[style] ?? ""})`;
 }

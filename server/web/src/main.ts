@@ -1,10 +1,19 @@
-// The page: lists the tilesets, opens the first, keeps the panel up to date.
+// The page: finds the archives to show, opens the first, keeps the panel up to date.
+//
+// ?server=URL   those of another terrain-server than the one that the page comes from
+// ?archive=URL  that archive, straight from any web server; may be given several times
 
+import { openArchive } from "./archive_tileset.ts";
+import { ContourLabels } from "./contour_labels.ts";
 import * as hud from "./hud.ts";
+import { Measuring } from "./measuring.ts";
 import type { Stats } from "./terrain_layer.ts";
+import { listTilesets } from "./server_tilesets.ts";
 import { linkOf, readLink } from "./share.ts";
-import { datumOf, listTilesets, type Tileset } from "./tileset.ts";
-import { Viewer, type Pose } from "./viewer.ts";
+import { TileLevels } from "./tile_levels.ts";
+import { datumOf, type Tileset } from "./tileset.ts";
+import type { Pose, Viewer } from "./viewer.ts";
+import { Views } from "./views.ts";
 
 declare global {
   interface Window {
@@ -16,6 +25,7 @@ declare global {
       setWireframe(visible: boolean): void;
       flyTo: Viewer["flyTo"];
       pose(): Pose | undefined;
+      besidePose(): Pose | undefined;
       groundAt: Viewer["groundAt"];
       metresAboveGround(): number | undefined;
     };
@@ -25,51 +35,72 @@ declare global {
 /** How long the view has to rest before the address follows it: browsers allow few changes. */
 const REST_MILLISECONDS = 400;
 
+/** What the page's address asks for. */
+function findTilesets(query: URLSearchParams): Promise<Tileset[]> {
+  const archives = query.getAll("archive");
+  return archives.length > 0 ? Promise.all(archives.map(openArchive)) : listTilesets(query.get("server") ?? "");
+}
+
 async function start(): Promise<void> {
-  const canvas = document.querySelector<HTMLCanvasElement>("#view")!;
-  let [shown, pointer]: [Tileset | undefined, readonly [number, number]] = [undefined, [0, 0]];
+  const canvases = ["#view", "#beside"].map((id) => document.querySelector<HTMLCanvasElement>(id)!) as [HTMLCanvasElement, HTMLCanvasElement];
+  const nowhere = { canvas: canvases[0], x: 0, y: 0 };
+  let [shown, pointer]: [Tileset | undefined, typeof nowhere] = [undefined, nowhere];
   let resting: ReturnType<typeof setTimeout> | undefined;
-  const showPlace = () => hud.showPlace(viewer.groundAt(...pointer), shown === undefined ? "" : datumOf(shown.metadata));
-  const keepLink = () => {
-    const pose = viewer.pose;
-    if (shown !== undefined && pose !== undefined) history.replaceState(null, "", linkOf(shown.name, pose));
+  const showPlace = () => {
+    const isBeside = views.beside !== undefined && pointer.canvas === canvases[1];
+    const ground = (isBeside ? views.beside! : views.main).groundAt(pointer.x, pointer.y);
+    const [main, beside] = [views.main, views.beside].map((viewer) => ground && viewer?.groundBelow(ground.longitude, ground.latitude));
+    hud.showPlace(isBeside ? main : ground, shown === undefined ? "" : datumOf(shown.metadata), beside);
   };
-  const viewer = new Viewer(canvas, () => {
+  const keepLink = () => {
+    const pose = views.main.pose;
+    if (shown !== undefined && pose !== undefined) history.replaceState(null, "", `${location.search}${linkOf(shown.name, pose)}`);
+  };
+  const views = new Views(canvases, () => {
+    const viewer = views.main;
     const stats = viewer.stats();
     if (stats === undefined) return;
     const middle = viewer.groundAt(0, 0);
     hud.showStats(stats, middle);
     hud.showBearings(middle && viewer.metresPerPixel(middle.distance), viewer.pose?.azimuth ?? 0);
-    hud.showLoading(viewer.isLoading);
-    hud.showMessage(viewer.failure);
+    hud.showLoading(views.all.some(({ isLoading }) => isLoading));
+    hud.showMessage(views.all.map(({ failure }) => failure).find((failure) => failure !== undefined));
     showPlace();
+    measuring.groundMayHaveChanged();
+    labels.frameWasDrawn();
     clearTimeout(resting);
     resting = setTimeout(keepLink, REST_MILLISECONDS);
   });
-  const point = ({ offsetX, offsetY }: PointerEvent) => {
-    pointer = [(2 * offsetX) / canvas.clientWidth - 1, 1 - (2 * offsetY) / canvas.clientHeight];
-    showPlace();
-  };
-  canvas.addEventListener("pointermove", point);
-  canvas.addEventListener("pointerdown", point);
-  canvas.addEventListener("pointerleave", () => (pointer = [0, 0]));
-  const open = (tileset: Tileset) => viewer.open((shown = tileset));
-  hud.connect(viewer);
-  const tilesets = await listTilesets();
+  for (const canvas of canvases) {
+    const point = ({ offsetX, offsetY }: PointerEvent) => {
+      pointer = { canvas, x: (2 * offsetX) / canvas.clientWidth - 1, y: 1 - (2 * offsetY) / canvas.clientHeight };
+      showPlace();
+    };
+    canvas.addEventListener("pointermove", point);
+    canvas.addEventListener("pointerdown", point);
+    canvas.addEventListener("pointerleave", () => (pointer = nowhere));
+  }
+  const open = (tileset: Tileset) => views.steer().open((shown = tileset));
+  const measuring = new Measuring(views.main, canvases[0], () => (shown === undefined ? "" : datumOf(shown.metadata)));
+  const labels = new ContourLabels(views.main, document.querySelector<HTMLElement>("#contour-labels")!);
+  hud.connect(views, measuring, new TileLevels(views.main));
+  const tilesets = await findTilesets(new URLSearchParams(location.search));
   const link = readLink(location.hash);
   const linked = tilesets.find(({ name }) => name === link?.name);
   hud.offer(tilesets, linked ?? tilesets[0]!, open);
   open(linked ?? tilesets[0]!);
-  if (linked !== undefined && link !== undefined) viewer.setPose(link.pose);
+  if (linked !== undefined && link !== undefined) views.main.setPose(link.pose);
+  hud.offerBeside(tilesets, (tileset) => views.showBeside(tileset));
   window.terrain = {
-    stats: () => viewer.stats(),
-    settled: () => viewer.settled(),
+    stats: () => views.main.stats(),
+    settled: async () => void (await Promise.all(views.all.map((viewer) => viewer.settled()))),
     setMaxPixels: (pixels) => hud.set("pixels", pixels),
     setWireframe: (visible) => hud.set("wireframe", visible),
-    pose: () => viewer.pose,
-    groundAt: (x, y) => viewer.groundAt(x, y),
-    metresAboveGround: () => viewer.metresAboveGround(),
-    flyTo: (...place) => viewer.flyTo(...place),
+    pose: () => views.main.pose,
+    besidePose: () => views.beside?.pose,
+    groundAt: (x, y) => views.main.groundAt(x, y),
+    metresAboveGround: () => views.main.metresAboveGround(),
+    flyTo: (...place) => views.steer().flyTo(...place),
   };
 }
 

@@ -18,6 +18,10 @@ export function finestDetail(tile: Tile): Detail {
 /** What the parent tile shows of this square at its finest. */
 export const COARSEST_DETAIL: Detail = { interior: 0, fineSides: [false, false, false, false] };
 
+export function isSameDetail(a: Detail, b: Detail): boolean {
+  return a.interior === b.interior && a.fineSides.every((fine, side) => fine === b.fineSides[side]);
+}
+
 /** Whether a level is part of a level of detail. */
 function isSelected(tile: Tile, detail: Detail, level: number): boolean {
   const side = level - interiorLevels(tile);

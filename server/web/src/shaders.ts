@@ -62,7 +62,7 @@ export const TERRAIN_VERTEX = /* glsl */ `
 const NORMALS_SIZE = 257;
 
 /** What colours mean, in the order of the shader's numbers. */
-export const STYLES = ["Elevation", "Hillshade", "Slope", "Certified error"] as const;
+export const STYLES = ["Elevation", "Hillshade", "Slope", "Certified error", "Imagery"] as const;
 
 /** A style, light from normals or on flat facets, contour lines and haze. */
 export const TERRAIN_FRAGMENT = /* glsl */ `
@@ -76,6 +76,12 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform float certifiedError;
   uniform sampler2D normals;
   uniform vec3 normalsPlace;
+  uniform sampler2D picture;
+  uniform vec3 picturePlace;
+  // Latitude of the base, and from there to the end of the scheme, radians; mercator units of the picture's bottom above the base, and its height.
+  uniform vec4 pictureRows;
+  // Of the picture's square, radians: its south above the base, and how high it is.
+  uniform vec2 pictureLatitudes;
   uniform vec3 axis;
   in vec3 fromEye;
   in float height;
@@ -107,6 +113,15 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     vec2 place = square * normalsPlace.x + normalsPlace.yz;
     vec2 normal = texture(normals, (place * 256.0 + 0.5) / float(${NORMALS_SIZE})).xy;
     return -normal / sqrt(max(1.0 - dot(normal, normal), 0.01));
+  }
+
+  // What imagery shows. Between two latitudes, mercator rises by 2 atanh(sin(half their difference) / cos(their middle)):
+  // exact in single precision, where a difference of two mercator heights is not.
+  vec4 pictureColour() {
+    vec2 place = square * picturePlace.x + picturePlace.yz;
+    float halfway = 0.5 * clamp(pictureLatitudes.x + place.y * pictureLatitudes.y, 0.0, pictureRows.y);
+    float risen = 2.0 * atanh(sin(halfway) / cos(pictureRows.x + halfway));
+    return texture(picture, vec2(place.x, (risen - pictureRows.z) / pictureRows.w));
   }
 
   vec3 slopeColour(float degrees) {
@@ -146,6 +161,12 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     if (style == 3) ground = errorColour(certifiedError);
     float sun = max(dot(normal, normalize(SUN)), 0.0);
     vec3 light = vec3(0.47, 0.51, 0.58) * (0.65 + 0.35 * dot(normal, up)) + vec3(0.95, 0.88, 0.75) * sun;
+    if (style == 4 && picturePlace.x > 0.0) {
+      // Imagery has light of its own.
+      vec4 seen = pictureColour();
+      ground = mix(ground, seen.rgb, seen.a);
+      light = mix(light, vec3(1.0), 0.55 * seen.a);
+    }
     vec3 colour = ground * light;
     if (contours && !isSea) colour *= 1.0 - 0.16 * contour();
     float distance = length(fromEye);

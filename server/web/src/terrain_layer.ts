@@ -1,14 +1,19 @@
 // One tileset in the scene: selects, loads, shows, and blends from one level of detail to the next.
 
 import * as THREE from "three";
-import { keyOf, parentOf, type Address } from "./address.ts";
+import { degreesOf, keyOf, type Address } from "./address.ts";
 import { Frame } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
-import { NormalsStore } from "./normals_store.ts";
-import type { TileMesh, SharedUniforms } from "./tile_mesh.ts";
+import { largestMotion, Morph, type Moving } from "./morph.ts";
+import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
+import { normalsOf } from "./normals.ts";
+import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
+import { distanceTo } from "./oriented_box.ts";
+import { interiorLevels } from "./spt.ts";
+import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
 import type { Tileset } from "./tileset.ts";
 
@@ -24,12 +29,56 @@ export interface Stats {
   readonly bytes: number;
   /** And of all rasters of normals. */
   readonly normalsBytes: number;
+  /** And of all imagery. */
+  readonly imageryBytes: number;
 }
 
+/** A way to draw a tile. */
+export interface TileLevelView {
+  readonly detail: Detail;
+  /** Certified, metres. */
+  readonly error: number;
+  readonly triangles: number;
+}
+
+/** How terrain is drawn. */
+export interface TerrainSettings {
+  /** Pixels that what is drawn may be off the source. */
+  readonly maxPixels: number;
+  /** Heights are drawn so many times larger. */
+  readonly exaggeration: number;
+  /** Which of the styles, by its place in the list of them. */
+  readonly style: number;
+  /** Lowest and highest of the colours, metres; those of the archive where this is not said. */
+  readonly heights: readonly [number, number] | undefined;
+  /** Whether lines of equal height are drawn. */
+  readonly contours: boolean;
+  readonly wireframe: boolean;
+  /** Whether light comes from rasters of normals, which have to be loaded, where the source has them. */
+  readonly detailedLight: boolean;
+  /** What the style for it shows; none is loaded without one. */
+  readonly imagery: Imagery | undefined;
+}
+
+export const DEFAULT_SETTINGS: TerrainSettings = {
+  maxPixels: 2,
+  exaggeration: 1,
+  style: 0,
+  heights: undefined,
+  contours: false,
+  wireframe: false,
+  detailedLight: true,
+  imagery: undefined,
+};
+
 const BLEND_MILLISECONDS = 250;
+/** Of a blend, in one frame, however many pixels that is. */
+const LEAST_STEP = 1 / 60;
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
+/** Metres above the ellipsoid from where the ground is looked for, and how far beside a tile, in its widths, it may be found. */
+const [FROM_ABOVE, EDGE] = [100_000, 1e-6];
 
 /** A tileset, drawn for a view that moves. */
 export class TerrainLayer {
@@ -39,19 +88,22 @@ export class TerrainLayer {
   readonly box: THREE.Box3;
   readonly uniforms: SharedUniforms;
   private readonly store: TileStore;
-  private readonly normals: NormalsStore;
+  private readonly normals: SquareRasters<SquareRaster>;
+  private pictures: SquareRasters<Picture> | undefined;
+  private settings = DEFAULT_SETTINGS;
+  private alone: Choice | undefined;
   private shown = new Map<string, Choice>();
-  private blending: TileMesh[] = [];
-  private blendStart = 0;
-  private wireframe = false;
+  /** What is in the scene: while the picture changes, not what is shown yet. */
+  private drawn = new Map<string, Pick<Choice, "address" | "error">>();
+  private blend = { share: 1, step: 1, isRunning: false };
+  private lastUpdate = 0;
   private isStale = true;
-  private tolerance = 2;
   private missing = 0;
 
   /** `onChange` is called when something new could be drawn. */
   constructor(
     readonly tileset: Tileset,
-    private readonly onChange: () => void,
+    private readonly onChange: () => void = () => {},
   ) {
     const { bounds, heights } = tileset.metadata;
     this.frame = new Frame((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2);
@@ -64,10 +116,10 @@ export class TerrainLayer {
       hazeDistance: { value: Math.max(60_000, 2.5 * this.box.getSize(new THREE.Vector3()).length()) },
       clearDistance: { value: 0 },
       style: { value: 0 },
-      contours: { value: true },
+      contours: { value: false },
       axis: { value: this.frame.axis },
     };
-    this.normals = new NormalsStore(tileset, () => this.invalidate());
+    this.normals = normalsOf(tileset.source, () => this.invalidate());
     this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
   }
 
@@ -78,25 +130,83 @@ export class TerrainLayer {
 
   /** Whether nothing will change until the view does. */
   get isSettled(): boolean {
-    return !this.isStale && this.blending.length === 0 && !this.isLoading;
+    return !this.isStale && !this.blend.isRunning && !this.isLoading;
   }
 
   /** Whether something that the view needs is not here yet. */
   get isLoading(): boolean {
-    return this.missing > 0 || this.store.isLoading || this.normals.isLoading;
+    return this.missing > 0 || this.store.isLoading || this.normals.isLoading || this.pictures?.isLoading === true;
   }
 
   /** Where a ray in the scene first meets the ground that is drawn. */
   hit(ray: THREE.Ray): GroundPoint | undefined {
     const { exaggeration, baseHeight } = this.uniforms;
     let nearest: { distance: number; height: number; error: number } | undefined;
-    for (const { address, error } of this.shown.values()) {
+    for (const { address, error } of this.drawn.values()) {
       const mesh = this.store.get(address)?.mesh;
       if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise)))) continue;
       const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
       if (found !== undefined) nearest = { ...found, error };
     }
-    if (nearest === undefined) return undefined;
+    return nearest && this.groundPoint(ray, nearest);
+  }
+
+  /** The ground that is drawn at a longitude and latitude. */
+  groundAt(longitude: number, latitude: number): GroundPoint | undefined {
+    const { exaggeration, baseHeight } = this.uniforms;
+    const surface = this.frame.position(longitude, latitude, 0);
+    const down = surface.sub(this.frame.position(longitude, latitude, 1)).normalize();
+    const ray = new THREE.Ray(this.frame.position(longitude, latitude, FROM_ABOVE), down);
+    for (const { address, error } of this.drawn.values()) {
+      const degrees = degreesOf(address.zoom);
+      const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
+      if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
+      const found = this.store.get(address)?.mesh.hit(ray, exaggeration.value, baseHeight.value, Infinity, [x, y]);
+      if (found !== undefined) return { ...this.groundPoint(ray, { ...found, error }), longitude, latitude };
+    }
+    return undefined;
+  }
+
+  /** Pieces of the contour lines of the tiles that are in sight, where they are drawn. */
+  contourPieces(): ContourPiece[] {
+    const { exaggeration, baseHeight, contourInterval } = this.uniforms;
+    const up = new THREE.Vector3();
+    const raise = (place: THREE.Vector3, height: number) =>
+      place.addScaledVector(up.copy(place).sub(this.frame.earthCentre).normalize(), (exaggeration.value - 1) * (height - baseHeight.value));
+    const meshes = [...this.drawn.values()].flatMap(({ address }) => this.store.get(address)?.mesh ?? []);
+    const pieces = meshes.filter(({ object }) => object.visible).flatMap((mesh) => mesh.contours(contourInterval.value));
+    for (const { height, ends } of pieces) for (const end of ends) raise(end, height);
+    return pieces;
+  }
+
+  /** The tile that is drawn at a longitude and latitude. */
+  tileAt(longitude: number, latitude: number): Address | undefined {
+    const isInside = ({ zoom, x, y }: Address) => {
+      const degrees = degreesOf(zoom);
+      return Math.floor((longitude + 180) / degrees) === x && Math.floor((latitude + 90) / degrees) === y;
+    };
+    return [...this.shown.values()].find(({ address }) => isInside(address))?.address;
+  }
+
+  /** What a drawn tile can be drawn as: its interior levels, coarsest first, and the finest with all sides fine. */
+  levelsOf(address: Address): TileLevelView[] {
+    const tile = this.store.get(address)?.tile;
+    if (tile === undefined) return [];
+    const interiors = Array.from({ length: interiorLevels(tile) }, (_, interior) => ({ ...COARSEST_DETAIL, interior }));
+    return [...interiors, finestDetail(tile)].map((detail) => {
+      const { error } = tile.levels[detail.interior]!;
+      return { detail, error, triangles: triangleCount(tile, detail) };
+    });
+  }
+
+  /** Draws one tile that is drawn now, alone, at one of its levels; again all that the view needs without one. */
+  showAlone(address: Address | undefined, level?: TileLevelView): void {
+    this.alone = address && level && { address, ...level.detail, error: level.error };
+    this.invalidate();
+  }
+
+  private groundPoint(ray: THREE.Ray, nearest: { distance: number; height: number; error: number }): GroundPoint {
+    const { exaggeration, baseHeight } = this.uniforms;
     const position = ray.at(nearest.distance, new THREE.Vector3());
     const up = position.clone().sub(this.frame.earthCentre).normalize();
     const raised = (exaggeration.value - 1) * (nearest.height - baseHeight.value);
@@ -104,20 +214,24 @@ export class TerrainLayer {
     return { ...nearest, position, ...geographic(this.frame, level) };
   }
 
-  /** Whether light comes from rasters of normals, which have to be loaded. */
-  setDetailedLight(isDetailed: boolean): void {
-    this.normals.isEnabled = isDetailed;
-    this.invalidate();
-  }
-
-  /** Pixels that what is drawn may be off the source. */
-  setTolerance(pixels: number): void {
-    this.tolerance = pixels;
+  /** Changes some of the settings. */
+  set(changes: Partial<TerrainSettings>): void {
+    const { imagery } = this.settings;
+    this.settings = { ...this.settings, ...changes };
+    const { exaggeration, style, contours, wireframe } = this.settings;
+    this.uniforms.exaggeration.value = exaggeration;
+    this.uniforms.style.value = style;
+    const [lowest, highest] = this.settings.heights ?? this.tileset.metadata.heights;
+    this.uniforms.heights.value.set(lowest, highest);
+    this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
+    this.uniforms.contours.value = contours;
+    for (const { address } of this.drawn.values()) this.store.get(address)?.mesh.setWireframe(wireframe);
+    if (this.settings.imagery !== imagery) this.changePictures();
     this.invalidate();
   }
 
   /** Nothing that is drawn is below it; it hides what is beyond the horizon. */
-  get ground(): Ellipsoid {
+  private get ground(): Ellipsoid {
     const { heights, zooms } = this.tileset.metadata;
     return this.frame.ellipsoid(heights[0] - Math.max(...zooms.map((zoom) => zoom.coarsest_error)));
   }
@@ -128,22 +242,21 @@ export class TerrainLayer {
     this.onChange();
   }
 
-  /** Brings what is drawn up to date; a blend once begun runs to its end before the next selection. */
-  update(camera: Camera, now: number): void {
+  /**
+   * Brings what is drawn up to date for a camera of the same scene, in a picture so many pixels high.
+   * Call it before each frame; `now` is milliseconds, as of an animation loop. A blend once begun runs to its end before the
+   * next selection.
+   */
+  update(from: THREE.PerspectiveCamera, pixelsHigh: number, now: number): void {
+    const camera = this.seenFrom(from, pixelsHigh);
     this.advanceBlend(now);
     const sight = new Sight(camera);
-    if (this.isStale && this.blending.length === 0) this.reselect(camera, sight, now);
-    for (const { address } of this.shown.values()) {
+    if (this.isStale && !this.blend.isRunning) this.reselect(camera, sight);
+    for (const { address } of this.drawn.values()) {
       const object = this.store.get(address)?.mesh.object;
       if (object !== undefined) object.visible = sight.sees(this.store.bounds(address));
     }
-    if (this.blending.length > 0) this.onChange();
-  }
-
-  setWireframe(visible: boolean): void {
-    this.wireframe = visible;
-    for (const { address } of this.shown.values()) this.store.get(address)?.mesh.setWireframe(visible);
-    this.onChange();
+    if (this.blend.isRunning) this.onChange();
   }
 
   stats(): Stats {
@@ -160,60 +273,126 @@ export class TerrainLayer {
       error: choices.reduce((worst, { error }) => Math.max(worst, error), 0),
       bytes: this.store.bytesLoaded,
       normalsBytes: this.normals.bytesLoaded,
+      imageryBytes: this.pictures?.bytesLoaded ?? 0,
     };
   }
 
   dispose(): void {
     this.store.close();
     this.normals.close();
+    this.pictures?.close();
     this.group.clear();
+  }
+
+  /** What the selection knows of a camera, in the frame. */
+  private seenFrom(from: THREE.PerspectiveCamera, pixelsHigh: number): Camera {
+    from.updateMatrixWorld();
+    this.group.updateWorldMatrix(true, false);
+    const toFrame = this.group.matrixWorld.clone().invert();
+    const toClip = from.projectionMatrix.clone().multiply(from.matrixWorldInverse).multiply(this.group.matrixWorld);
+    const halfHeight = Math.tan(THREE.MathUtils.degToRad(from.getEffectiveFOV() / 2));
+    return {
+      eye: new THREE.Vector3().setFromMatrixPosition(from.matrixWorld).applyMatrix4(toFrame),
+      pixelsPerRadian: (Math.abs(this.uniforms.exaggeration.value) * pixelsHigh) / (2 * halfHeight),
+      frustum: new THREE.Frustum().setFromProjectionMatrix(toClip).planes,
+      ground: this.ground,
+    };
   }
 
   private advanceBlend(now: number): void {
-    const share = Math.min(1, (now - this.blendStart) / BLEND_MILLISECONDS);
-    for (const mesh of this.blending) mesh.setBlend(share * share * (3 - 2 * share));
-    if (share === 1) this.blending = [];
+    const elapsed = now - this.lastUpdate;
+    this.lastUpdate = now;
+    if (!this.blend.isRunning) return;
+    this.blend.share = Math.min(1, this.blend.share + Math.min(elapsed / BLEND_MILLISECONDS, this.blend.step));
+    if (this.blend.share < 1) {
+      for (const { address } of this.drawn.values()) this.meshOf(address).setBlend(this.blend.share);
+      return;
+    }
+    this.blend.isRunning = false;
+    this.drawn = new Map(this.shown);
+    for (const choice of this.shown.values()) this.meshOf(choice.address).show(choice);
+    this.putInScene();
   }
 
-  private reselect(camera: Camera, sight: Sight, now: number): void {
+  private reselect(camera: Camera, sight: Sight): void {
     this.isStale = false;
     this.store.startSelection();
-    const demand = { ...BUDGET, tolerance: this.tolerance };
+    const demand = { ...BUDGET, tolerance: this.settings.maxPixels };
     const isLoaded = (address: Address) => this.store.get(address) !== undefined;
+    if (this.alone !== undefined) {
+      this.store.levels(this.alone.address);
+      this.missing = 0;
+      return this.show([this.alone], camera);
+    }
     const { choices, requests } = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
-    this.show(choices, now);
+    this.show(choices, camera);
     this.missing = requests.length;
     this.store.request(requests);
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
-    this.normals.request(seen.map(({ address }) => address));
+    if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
+      this.normals.request(seen.map(({ address }) => ({ address, detail: 0 })));
+    }
+    this.pictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
   }
 
-  private show(choices: readonly Choice[], now: number): void {
+  /** Pixels that a tile's side covers where it is nearest; those of the exaggeration do not count. */
+  private pixelsAcross(address: Address, { eye, pixelsPerRadian }: Camera): number {
+    const box = this.store.bounds(address);
+    return (2 * box.halfSizes[1] * pixelsPerRadian) / Math.abs(this.uniforms.exaggeration.value) / Math.max(distanceTo(box, eye), 1);
+  }
+
+  private changePictures(): void {
+    const { imagery } = this.settings;
+    this.pictures?.close();
+    this.pictures = imagery && picturesOf(imagery, () => this.invalidate());
+  }
+
+  /** Draws a picture, beginning with the one before it. */
+  private show(choices: readonly Choice[], camera: Camera): void {
     const before = this.shown;
     this.shown = new Map(choices.map((choice) => [keyOf(choice.address), choice]));
-    this.group.clear();
-    this.blendStart = now;
+    const moving = new Morph<Choice>(this.frame, (address) => this.store.get(address)?.tile).between(before, this.shown);
+    this.drawn = new Map(moving.map(({ address, before, after }) => [keyOf(address), { address, error: Math.max(before.error, after.error) }]));
+    const hidden = new Set(moving.map(({ after }) => keyOf(after.address)));
     for (const [key, choice] of this.shown) {
-      const { tile, mesh } = this.store.get(choice.address)!;
+      // It follows when what is drawn in its place has become it.
+      if (hidden.has(key)) continue;
+      this.drawn.set(key, choice);
+      this.meshOf(choice.address).show(choice);
+    }
+    for (const { address } of moving) this.store.levels(address);
+    for (const moved of moving) this.meshOf(moved.address).move(moved);
+    this.blend = { share: 0, step: this.largestStep(moving, camera), isRunning: moving.length > 0 };
+    this.putInScene();
+  }
+
+  private putInScene(): void {
+    this.group.clear();
+    for (const { address, error } of this.drawn.values()) {
+      const mesh = this.meshOf(address);
       this.group.add(mesh.object);
-      mesh.setWireframe(this.wireframe);
-      mesh.setError(choice.error);
-      this.normals.light(choice.address, mesh);
-      const earlier = before.get(key);
-      if (earlier !== undefined && isSameDetail(earlier, choice)) continue;
-      mesh.show(choice, earlier ?? (isParentIn(before, choice) ? COARSEST_DETAIL : finestDetail(tile)));
-      this.blending.push(mesh);
+      mesh.setWireframe(this.settings.wireframe);
+      mesh.setError(error);
+      mesh.setNormals(this.settings.detailedLight ? this.normals.finest(address) : undefined);
+      mesh.setPicture(this.pictures?.finest(address));
     }
   }
-}
 
-function isSameDetail(a: Detail, b: Detail): boolean {
-  return a.interior === b.interior && a.fineSides.every((fine, side) => fine === b.fineSides[side]);
-}
+  private meshOf(address: Address): TileMesh {
+    return this.store.get(address)!.mesh;
+  }
 
-/** What the parent showed last is the tile's coarsest; what children showed last, its finest. */
-function isParentIn(shown: ReadonlyMap<string, Choice>, { address }: Choice): boolean {
-  return shown.size === 0 || (address.zoom > 0 && shown.has(keyOf(parentOf(address))));
+  /**
+   * How far a blend may go in one frame, so that the ground moves by no more pixels than it may be off. A way of very many pixels,
+   * as after a leap of the camera, is not drawn out for more than a second.
+   */
+  private largestStep(moving: readonly Moving<Choice>[], camera: Camera): number {
+    const sight = new Sight(camera);
+    const scale = (place: THREE.Vector3) => camera.pixelsPerRadian / place.distanceTo(camera.eye);
+    const seen = moving.filter(({ address }) => sight.sees(this.store.bounds(address)));
+    const pixels = seen.map((moved) => largestMotion(this.store.get(moved.address)!.tile, moved, scale));
+    return Math.max(LEAST_STEP, this.settings.maxPixels / Math.max(...pixels, 1e-6));
+  }
 }
 
 /** 1, 2 or 5 times a power of ten, at least `least`. */

@@ -2,12 +2,15 @@
 // level of detail uploads, for each vertex, the index of the place it is drawn at, and moves the end of what is drawn.
 
 import * as THREE from "three";
-import { degreesOf } from "./address.ts";
+import { degreesOf, type Address } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
 import { firstHit } from "./ground.ts";
-import { drawnPrefix, placesOf, type Detail } from "./partition.ts";
+import { drawnPrefix, isSameDetail, placesOf, type Detail } from "./partition.ts";
+import { movingPrefix, type Moving, type ShownTile, type Spot } from "./morph.ts";
 import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
 import type { Tile } from "./spt.ts";
+import { MERCATOR_END, type Picture } from "./imagery.ts";
+import type { RasterPlace, SquareRaster } from "./square_rasters.ts";
 
 /** Uniforms that all tiles share: one object each, so that one assignment reaches every tile. */
 export interface SharedUniforms {
@@ -25,6 +28,12 @@ export interface SharedUniforms {
   readonly contours: THREE.IUniform<boolean>;
 }
 
+/** A straight piece of a line of equal height. */
+export interface ContourPiece {
+  readonly height: number;
+  readonly ends: readonly [THREE.Vector3, THREE.Vector3];
+}
+
 /** Share of the way to the eye at which lines are drawn in front of the surface. */
 const LINE_LIFT = 0.9985;
 /** Of one triangle: three edges of two corners. */
@@ -38,44 +47,56 @@ export class TileMesh {
   /** Bytes of textures and indices. */
   readonly byteLength: number;
   private readonly geometry = new THREE.BufferGeometry();
-  private readonly positions: THREE.DataTexture;
-  private readonly squares: THREE.DataTexture;
-  private readonly texels: Float32Array;
+  /** The tile's own places, and while it moves, those of other tiles behind them. */
+  private spots: SpotTextures;
   private readonly places: THREE.DataTexture;
+  private readonly ownSpots: SpotTextures;
+  private readonly positions: THREE.IUniform<THREE.DataTexture | null> = { value: null };
+  private readonly squares: THREE.IUniform<THREE.DataTexture | null> = { value: null };
   private readonly blend = { value: 1 };
   private readonly certifiedError = { value: 0 };
   private readonly normals: THREE.IUniform<THREE.Texture | null> = { value: null };
-  private readonly normalsPlace = { value: new THREE.Vector3(1, 0, 0) };
+  private readonly normalsPlace = { value: new THREE.Vector3(0, 0, 0) };
+  private readonly picture: THREE.IUniform<THREE.Texture | null> = { value: null };
+  private readonly picturePlace = { value: new THREE.Vector3(0, 0, 0) };
+  private readonly pictureRows = { value: new THREE.Vector4(0, 0, 0, 1) };
+  private readonly pictureLatitudes = { value: new THREE.Vector2(0, 0) };
   private readonly uniforms: Record<string, THREE.IUniform>;
   private readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.ShaderMaterial>;
   private wire: THREE.LineSegments | undefined;
-  private shown: Detail | undefined;
   private drawn = 0;
+  /** What is shown without a move. */
+  private resting: Detail | undefined;
 
   constructor(
     private readonly tile: Tile,
     frame: Frame,
     shared: SharedUniforms,
   ) {
-    const { box, centre, texels, squares } = placesInSpace(tile, frame);
-    this.box = box;
-    this.squares = dataTexture(squares, THREE.RGFormat, THREE.FloatType, "RG32F", 2);
-    this.texels = texels;
-    this.positions = dataTexture(texels, THREE.RGBAFormat, THREE.FloatType, "RGBA32F", 4);
-    const places = padded(Uint32Array, 2 * tile.representatives.length, 2);
-    this.places = dataTexture(places, THREE.RGIntegerFormat, THREE.UnsignedIntType, "RG32UI", 2);
+    const places = placesInSpace(tile, frame);
+    this.box = new THREE.Box3().setFromPoints(places.map(({ position }) => position));
+    const centre = this.box.getCenter(new THREE.Vector3());
+    this.ownSpots = new SpotTextures(places, tile.address, centre);
+    this.spots = this.ownSpots;
+    const drawnAt = padded(Uint32Array, 2 * tile.representatives.length, 2);
+    this.places = dataTexture(drawnAt, THREE.RGIntegerFormat, THREE.UnsignedIntType, "RG32UI", 2);
     this.geometry.setIndex(new THREE.BufferAttribute(tile.corners, 1));
     this.geometry.boundingSphere = new THREE.Sphere();
-    this.byteLength = texels.byteLength + squares.byteLength + places.byteLength + tile.corners.byteLength;
+    this.byteLength = this.spots.byteLength + drawnAt.byteLength + tile.corners.byteLength;
+    this.useSpots(this.ownSpots);
     this.uniforms = {
       ...shared,
-      positions: { value: this.positions },
-      squares: { value: this.squares },
+      positions: this.positions,
+      squares: this.squares,
       places: { value: this.places },
       blend: this.blend,
       certifiedError: this.certifiedError,
       normals: this.normals,
       normalsPlace: this.normalsPlace,
+      picture: this.picture,
+      picturePlace: this.picturePlace,
+      pictureRows: this.pictureRows,
+      pictureLatitudes: this.pictureLatitudes,
       earthCentre: { value: frame.earthCentre.clone().sub(centre) },
     };
     this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(this.uniforms));
@@ -84,25 +105,31 @@ export class TileMesh {
     this.object.position.copy(centre);
   }
 
-  /** Shows a level of detail, `before` at once and `detail` when the blend has come to 1. Borders never blend. */
-  show(detail: Detail, before: Detail): void {
-    this.shown = detail;
-    const now = placesOf(this.tile, detail);
-    const earlier = before === detail ? now : placesOf(this.tile, before);
-    const texels = this.places.image.data as Uint32Array;
-    now.forEach((place, vertex) => {
-      texels[2 * vertex] = place;
-      texels[2 * vertex + 1] = this.isOnBorder(vertex) ? place : earlier[vertex]!;
-    });
-    this.places.needsUpdate = true;
-    this.drawTriangles(Math.max(drawnPrefix(this.tile, detail), drawnPrefix(this.tile, before)));
-    this.setBlend(before === detail ? 1 : 0);
+  /** Shows a level of detail. */
+  show(detail: Detail): void {
+    if (this.resting !== undefined && isSameDetail(this.resting, detail)) return;
+    this.resting = detail;
+    this.useSpots(this.ownSpots);
+    const places = placesOf(this.tile, detail);
+    this.draw(places, places, drawnPrefix(this.tile, detail));
+    this.setBlend(1);
   }
 
-  /** 0 shows the level of detail from before, 1 the present one alone. */
+  /** Shows the first of two pictures, and what is between them as it is blended. */
+  move(moving: Moving<ShownTile>): void {
+    this.resting = undefined;
+    const others: Spot[] = [];
+    const ownPlaces = this.tile.positions.length / 3;
+    const placeOf = (spot: Spot) => (spot.own?.tile === this.tile ? spot.own.place : ownPlaces + others.push(spot) - 1);
+    const [from, to] = [moving.from, moving.to].map((spots) => Uint32Array.from(spots, placeOf)) as [Uint32Array, Uint32Array];
+    if (others.length > 0) this.useSpots(this.ownSpots.with(others));
+    this.draw(from, to, movingPrefix(this.tile, moving));
+    this.setBlend(0);
+  }
+
+  /** From the first picture, 0, to the second one, 1. */
   setBlend(blend: number): void {
     this.blend.value = blend;
-    if (blend === 1 && this.shown !== undefined) this.drawTriangles(drawnPrefix(this.tile, this.shown));
   }
 
   /** For the style that shows it. */
@@ -110,14 +137,34 @@ export class TileMesh {
     this.certifiedError.value = metres;
   }
 
-  /** Light comes from `normals`, of which this tile's square is `size` wide from a corner on. */
-  setNormals(normals: THREE.Texture | null, size: number, x: number, y: number): void {
-    this.normals.value = normals;
-    this.normalsPlace.value.set(size, x, y);
+  /** Light comes from normals, or from facets without any. */
+  setNormals(found: RasterPlace<SquareRaster> | undefined): void {
+    this.normals.value = found?.raster.texture ?? null;
+    this.normalsPlace.value.set(found?.size ?? 0, found?.x ?? 0, found?.y ?? 0);
   }
 
-  /** Where a ray in the scene first meets what is drawn. */
-  hit(ray: THREE.Ray, exaggeration: number, baseHeight: number, farthest: number): { distance: number; height: number } | undefined {
+  /** The ground is coloured by a picture, if there is one. */
+  setPicture(found: RasterPlace<Picture> | undefined): void {
+    this.picture.value = found?.raster.texture ?? null;
+    this.picturePlace.value.set(found?.size ?? 0, found?.x ?? 0, found?.y ?? 0);
+    if (found === undefined) return;
+    const { base, bottom, height } = found.raster;
+    const south = THREE.MathUtils.degToRad(tileBounds(found.of)[1]);
+    this.pictureRows.value.set(base, MERCATOR_END - base, bottom, height);
+    this.pictureLatitudes.value.set(south - base, THREE.MathUtils.degToRad(degreesOf(found.of.zoom)));
+  }
+
+  /**
+   * Where a ray in the scene first meets what is drawn. A vertical one is faster if it is told where it goes through the
+   * tile's square, from 0 to 1 eastwards and northwards.
+   */
+  hit(
+    ray: THREE.Ray,
+    exaggeration: number,
+    baseHeight: number,
+    farthest: number,
+    through?: readonly [number, number],
+  ): { distance: number; height: number } | undefined {
     const centre = this.object.position;
     const own = new THREE.Ray(ray.origin.clone().sub(centre), ray.direction);
     const up = new THREE.Vector3();
@@ -125,8 +172,44 @@ export class TileMesh {
     const raise = (place: THREE.Vector3, height: number) =>
       exaggeration === 1 ? place : place.addScaledVector(up.copy(place).sub(earthCentre).normalize(), (exaggeration - 1) * (height - baseHeight));
     const places = this.places.image.data as Uint32Array;
-    const surface = { corners: this.tile.corners, texels: this.texels, places, triangleCount: this.drawn, stride: 2 };
-    return firstHit(own, surface, raise, farthest);
+    const surface = { corners: this.tile.corners, texels: this.spots.texels, places, triangleCount: this.drawn, stride: 2 };
+    const near = through && { isCandidate: (triangle: number) => this.isAround(triangle, through) };
+    return firstHit(own, { ...surface, ...near }, raise, farthest);
+  }
+
+  /** Where the drawn surface is as high as a multiple of `interval`, as pieces of lines in the frame, without exaggeration. */
+  contours(interval: number): ContourPiece[] {
+    const places = this.places.image.data as Uint32Array;
+    const pieces: ContourPiece[] = [];
+    for (let at = 0; at < 3 * this.drawn; at += 3) {
+      const corners = [0, 1, 2].map((corner) => 4 * places[2 * this.tile.corners[at + corner]!]!);
+      const heights = corners.map((corner) => this.spots.texels[corner + 3]!);
+      const height = interval * Math.ceil(Math.min(...heights) / interval);
+      if (height >= Math.max(...heights)) continue;
+      const ends: THREE.Vector3[] = [];
+      for (const [from, to] of [[0, 1], [1, 2], [2, 0]] as const) {
+        const share = (height - heights[from]!) / (heights[to]! - heights[from]!);
+        if (!(share >= 0 && share < 1)) continue;
+        const [start, end] = [from, to].map((corner) => new THREE.Vector3().fromArray(this.spots.texels, corners[corner])) as [THREE.Vector3, THREE.Vector3];
+        ends.push(start.lerp(end, share).add(this.object.position));
+      }
+      if (ends.length === 2) pieces.push({ height, ends: [ends[0]!, ends[1]!] });
+    }
+    return pieces;
+  }
+
+  /** Whether a place of the square is in the rectangle around a triangle, or beside it: edges are not straight in degrees. */
+  private isAround(triangle: number, [x, y]: readonly [number, number]): boolean {
+    const places = this.places.image.data as Uint32Array;
+    const squares = this.spots.inSquare;
+    const [a, b, c] = [0, 1, 2].map((corner) => 2 * places[2 * this.tile.corners[3 * triangle + corner]!]!) as [number, number, number];
+    const isWithin = (axis: 0 | 1, at: number) => {
+      const [one, two, three] = [squares[a + axis]!, squares[b + axis]!, squares[c + axis]!];
+      const [low, high] = [Math.min(one, two, three), Math.max(one, two, three)];
+      const margin = 0.1 * (high - low) + 1e-6;
+      return at >= low - margin && at <= high + margin;
+    };
+    return isWithin(0, x) && isWithin(1, y);
   }
 
   setWireframe(visible: boolean): void {
@@ -139,7 +222,8 @@ export class TileMesh {
   }
 
   dispose(): void {
-    for (const part of [this.geometry, this.positions, this.squares, this.places, this.surface.material]) part.dispose();
+    this.useSpots(this.ownSpots);
+    for (const part of [this.geometry, this.ownSpots, this.places, this.surface.material]) part.dispose();
     this.wire?.geometry.dispose();
     (this.wire?.material as THREE.Material | undefined)?.dispose();
   }
@@ -150,33 +234,72 @@ export class TileMesh {
     this.wire?.geometry.setDrawRange(0, INDICES_OF_EDGES * count);
   }
 
-  /** Neighbours change a common side in the same frame, but not in the same way: a blend there would show a gap. */
-  private isOnBorder(vertex: number): boolean {
-    const extent = 2 ** this.tile.extentBits;
-    const [x, y] = [this.tile.positions[3 * vertex], this.tile.positions[3 * vertex + 1]];
-    return x === 0 || y === 0 || x === extent || y === extent;
+  private draw(from: Uint32Array, to: Uint32Array, triangles: number): void {
+    const texels = this.places.image.data as Uint32Array;
+    for (let vertex = 0; vertex < to.length; vertex++) texels.set([to[vertex]!, from[vertex]!], 2 * vertex);
+    this.places.needsUpdate = true;
+    this.drawTriangles(triangles);
+  }
+
+  private useSpots(spots: SpotTextures): void {
+    if (this.spots !== spots && this.spots !== this.ownSpots) this.spots.dispose();
+    this.spots = spots;
+    this.positions.value = spots.positions;
+    this.squares.value = spots.squares;
   }
 }
 
-/** Every place in the frame, relative to the tile's own centre so that single precision is enough, and its height. */
-function placesInSpace(tile: Tile, frame: Frame) {
+/** A place in the frame and on the Earth. */
+type PlaceInSpace = Pick<Spot, "longitude" | "latitude" | "height" | "position">;
+
+function placesInSpace(tile: Tile, frame: Frame): PlaceInSpace[] {
   const [west, south] = tileBounds(tile.address);
   const degreesPerUnit = degreesOf(tile.address.zoom) / 2 ** tile.extentBits;
-  const placeCount = tile.positions.length / 3;
-  const places = Array.from({ length: placeCount }, (_, place) => {
+  return Array.from({ length: tile.positions.length / 3 }, (_, place) => {
     const [x = 0, y = 0, height = 0] = tile.positions.subarray(3 * place, 3 * place + 3);
-    return frame.position(west + x * degreesPerUnit, south + y * degreesPerUnit, height);
+    const [longitude, latitude] = [west + x * degreesPerUnit, south + y * degreesPerUnit];
+    return { longitude, latitude, height, position: frame.position(longitude, latitude, height) };
   });
-  const box = new THREE.Box3().setFromPoints(places);
-  const centre = box.getCenter(new THREE.Vector3());
-  const texels = padded(Float32Array, 4 * placeCount, 4);
-  const squares = padded(Float32Array, 2 * placeCount, 2);
-  places.forEach((place, index) => {
-    for (const axis of [0, 1]) squares[2 * index + axis] = tile.positions[3 * index + axis]! / 2 ** tile.extentBits;
-    place.sub(centre).toArray(texels, 4 * index);
-    texels[4 * index + 3] = tile.positions[3 * index + 2]!;
-  });
-  return { box, centre, texels, squares };
+}
+
+/** Places as textures: in the frame, relative to the tile's own centre so that single precision is enough, and in its square. */
+class SpotTextures {
+  /** x, y, z and the height. */
+  readonly texels: Float32Array<ArrayBuffer>;
+  /** From 0 to 1 eastwards and northwards. */
+  readonly inSquare: Float32Array<ArrayBuffer>;
+  readonly positions: THREE.DataTexture;
+  readonly squares: THREE.DataTexture;
+
+  constructor(
+    private readonly spots: readonly PlaceInSpace[],
+    private readonly address: Address,
+    private readonly centre: THREE.Vector3,
+  ) {
+    this.texels = padded(Float32Array, 4 * spots.length, 4);
+    this.inSquare = padded(Float32Array, 2 * spots.length, 2);
+    const [[west, south], degrees] = [tileBounds(address), degreesOf(address.zoom)];
+    spots.forEach(({ longitude, latitude, height, position }, at) => {
+      this.texels.set([position.x - centre.x, position.y - centre.y, position.z - centre.z, height], 4 * at);
+      this.inSquare.set([(longitude - west) / degrees, (latitude - south) / degrees], 2 * at);
+    });
+    this.positions = dataTexture(this.texels, THREE.RGBAFormat, THREE.FloatType, "RGBA32F", 4);
+    this.squares = dataTexture(this.inSquare, THREE.RGFormat, THREE.FloatType, "RG32F", 2);
+  }
+
+  get byteLength(): number {
+    return this.texels.byteLength + this.inSquare.byteLength;
+  }
+
+  /** The same and others behind them. */
+  with(others: readonly PlaceInSpace[]): SpotTextures {
+    return new SpotTextures([...this.spots, ...others], this.address, this.centre);
+  }
+
+  dispose(): void {
+    this.positions.dispose();
+    this.squares.dispose();
+  }
 }
 
 /** An array of whole texture rows. */

@@ -7,7 +7,7 @@ import { triangleCount } from "./partition.ts";
 import type { Hierarchy, Level } from "./select.ts";
 import { decodeTile, interiorLevels, type Tile } from "./spt.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
-import { tileUrl, type Tileset } from "./tileset.ts";
+import type { Tileset } from "./tileset.ts";
 
 const PARALLEL_REQUESTS = 6;
 /** Textures and indices kept, the tiles in use included. */
@@ -123,11 +123,9 @@ export class TileStore implements Hierarchy {
   }
 
   private async fetchTile(address: Address, signal: AbortSignal): Promise<Tile> {
-    const response = await fetch(tileUrl(this.tileset, keyOf(address)), { signal });
-    if (!response.ok) throw new Error(`the server answers ${response.status}`);
-    const bytes = new Uint8Array(await response.arrayBuffer());
+    const bytes = await this.tileset.source.tile(address, signal);
     const tile = decodeTile(bytes);
-    if (keyOf(tile.address) !== keyOf(address)) throw new Error(`the server sent tile ${keyOf(tile.address)}`);
+    if (keyOf(tile.address) !== keyOf(address)) throw new Error(`there is tile ${keyOf(tile.address)}`);
     this.bytesLoaded += bytes.length;
     return tile;
   }

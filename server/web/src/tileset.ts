@@ -1,5 +1,6 @@
-// What the server lists: names and metadata of its archives.
+// An archive as a client sees it: its name, what it says of itself, and where its tiles come from.
 
+import type { Address } from "./address.ts";
 import type { Bounds } from "./frame.ts";
 
 /** The tiles of one zoom. */
@@ -31,25 +32,19 @@ export interface Metadata {
   };
 }
 
-/** One archive of the server. */
-export interface Tileset {
-  readonly name: string;
-  /** Of the archive's content; tiles asked for by it never change. */
-  readonly version: string;
-  readonly metadata: Metadata;
+/** Where tiles come from: a server, or the archive itself. What it cannot get is an error of one line. */
+export interface TileSource {
+  /** The bytes of a tile that exists. */
+  tile(address: Address, signal: AbortSignal): Promise<Uint8Array>;
+  /** The picture of the normals of a tile's square; undefined where the source has none at all. */
+  readonly normals: ((address: Address, signal: AbortSignal) => Promise<Blob>) | undefined;
 }
 
-/** The archives that the server at the page's own address has; the error says what is wrong in one line. */
-export async function listTilesets(): Promise<Tileset[]> {
-  const response = await fetch("tilesets").catch((cause: unknown) => {
-    throw new Error("The terrain server does not answer.", { cause });
-  });
-  if (!response.ok) throw new Error(`The terrain server has no list of tilesets (HTTP ${response.status}).`);
-  const listed: unknown = await response.json().catch((cause: unknown) => {
-    throw new Error("The server's list of tilesets is no JSON: is this a terrain server?", { cause });
-  });
-  if (!Array.isArray(listed) || listed.length === 0) throw new Error("The terrain server has no tileset to show.");
-  return listed.map(checked);
+/** One archive. */
+export interface Tileset {
+  readonly name: string;
+  readonly metadata: Metadata;
+  readonly source: TileSource;
 }
 
 /** What the heights of a tileset are above. */
@@ -66,30 +61,19 @@ export function heightsAbove(metadata: Metadata): string {
   return above === datum ? `Heights above: ${above}` : `Heights above: ${above}, from ${datum}${grid}`;
 }
 
-/** URL of a tile of an archive, relative to the page. */
-export function tileUrl(tileset: Tileset, key: string): string {
-  return `${encodeURIComponent(tileset.name)}/${key}.spt?v=${encodeURIComponent(tileset.version)}`;
-}
-
-/** URL of the raster of normals of a tile's square, relative to the page. */
-export function normalsUrl(tileset: Tileset, key: string): string {
-  return `${encodeURIComponent(tileset.name)}/gradients/${key}.webp?v=${encodeURIComponent(tileset.version)}`;
-}
-
-function checked(value: Tileset): Tileset {
-  const metadata: Metadata | undefined = value?.metadata;
+/** The same value, once it is sure that it describes an archive that can be shown. */
+export function checkedMetadata(name: string, value: unknown): Metadata {
+  const metadata = value as Metadata | undefined;
   const isNumbers = (list: unknown, length: number) =>
     Array.isArray(list) && list.length === length && list.every(Number.isFinite);
   const isZoom = ({ finest_error, available }: Zoom) =>
     Number.isFinite(finest_error) && Array.isArray(available) && available.every((range) => isNumbers(range, 4));
   const valid =
-    typeof value?.name === "string" &&
-    typeof value.version === "string" &&
     isNumbers(metadata?.bounds, 4) &&
     isNumbers(metadata?.heights, 2) &&
     Array.isArray(metadata?.zooms) &&
     metadata.zooms.every(isZoom);
-  if (!valid) throw new Error("The server describes a tileset in a way this page does not understand.");
-  if (metadata.scheme !== "geographic-tms") throw new Error(`${value.name}: scheme ${metadata.scheme} is not shown here.`);
-  return value;
+  if (!valid) throw new Error(`${name} describes itself in a way that is not understood here.`);
+  if (metadata.scheme !== "geographic-tms") throw new Error(`${name}: scheme ${metadata.scheme} is not shown here.`);
+  return metadata;
 }

@@ -2,12 +2,13 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import type { Address } from "./address.ts";
 import { fitToCanvas } from "./canvas.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
-import type { Camera } from "./sight.ts";
-import { TerrainLayer, type Stats } from "./terrain_layer.ts";
+import type { ContourPiece } from "./tile_mesh.ts";
+import { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
@@ -37,20 +38,17 @@ export class Viewer {
   private readonly orbit: OrbitControls;
   private readonly fly: FlyControls;
   private layer: TerrainLayer | undefined;
-  private maxPixels = 2;
-  private exaggeration = 1;
-  private wireframe = false;
-  private style = 0;
-  private contours = false;
-  private detailedLight = true;
   private needsFrame = true;
+  private isSteering = true;
+  private isFlying = false;
   private lastFrame = 0;
   private waiting: (() => void)[] = [];
 
   /** `onFrame` is called after each frame that was drawn. */
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    private readonly onFrame: () => void,
+    private readonly onFrame: () => void = () => {},
+    private settings: TerrainSettings = DEFAULT_SETTINGS,
   ) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, logarithmicDepthBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
@@ -75,17 +73,18 @@ export class Viewer {
 
   /** Replaces what is shown and looks at all of it from the south. */
   open(tileset: Tileset): void {
-    if (this.layer !== undefined) this.scene.remove(this.layer.group);
-    this.layer?.dispose();
+    this.close();
     this.layer = new TerrainLayer(tileset, () => this.redraw());
-    this.layer.uniforms.exaggeration.value = this.exaggeration;
-    this.layer.setWireframe(this.wireframe);
-    this.layer.setDetailedLight(this.detailedLight);
-    this.layer.setTolerance(this.maxPixels);
-    this.layer.uniforms.style.value = this.style;
-    this.layer.uniforms.contours.value = this.contours;
+    this.layer.set(this.settings);
     this.scene.add(this.layer.group);
     this.lookAtAll();
+  }
+
+  /** Shows nothing. */
+  close(): void {
+    if (this.layer !== undefined) this.scene.remove(this.layer.group);
+    this.layer?.dispose();
+    this.layer = undefined;
   }
 
   /** Frames the bounds of the data obliquely. */
@@ -105,33 +104,15 @@ export class Viewer {
     if (target !== undefined) this.place(target, azimuth, down, distance);
   }
 
-  setMaxPixels(pixels: number): void {
-    this.maxPixels = pixels;
-    this.layer?.setTolerance(pixels);
+  /** Changes some of the settings. */
+  set(changes: Partial<TerrainSettings>): void {
+    this.settings = { ...this.settings, ...changes };
+    this.layer?.set(changes);
   }
 
-  setExaggeration(factor: number): void {
-    this.exaggeration = factor;
-    if (this.layer !== undefined) this.layer.uniforms.exaggeration.value = factor;
-    this.layer?.invalidate();
-  }
-
-  setStyle(style: number): void {
-    this.style = style;
-    if (this.layer !== undefined) this.layer.uniforms.style.value = style;
-    this.redraw();
-  }
-
-  setContours(visible: boolean): void {
-    this.contours = visible;
-    if (this.layer !== undefined) this.layer.uniforms.contours.value = visible;
-    this.redraw();
-  }
-
-  /** Whether light shows more than the triangles. */
-  setDetailedLight(isDetailed: boolean): void {
-    this.detailedLight = isDetailed;
-    this.layer?.setDetailedLight(isDetailed);
+  /** Lowest and highest of what is shown, metres. */
+  get heights(): readonly [number, number] | undefined {
+    return this.layer?.tileset.metadata.heights;
   }
 
   get isLoading(): boolean {
@@ -144,6 +125,50 @@ export class Viewer {
     this.camera.updateMatrixWorld();
     caster.setFromCamera(new THREE.Vector2(x, y), this.camera);
     return this.layer?.hit(caster.ray);
+  }
+
+  /** The ground that is drawn at a longitude and latitude. */
+  groundBelow(longitude: number, latitude: number): GroundPoint | undefined {
+    return this.layer?.groundAt(longitude, latitude);
+  }
+
+  /** The tile that is drawn in the middle of the view, and its levels. */
+  tileInMiddle(): { address: Address; levels: readonly TileLevelView[] } | undefined {
+    const ground = this.groundAt(0, 0);
+    const address = ground && this.layer?.tileAt(ground.longitude, ground.latitude);
+    return address && { address, levels: this.layer!.levelsOf(address) };
+  }
+
+  /** Draws a tile alone, at one of its levels; all again without one. */
+  showAlone(address: Address | undefined, level?: TileLevelView): void {
+    this.layer?.showAlone(address, level);
+  }
+
+  /** Pieces of the contour lines; none while there are no lines. */
+  contourPieces(): readonly ContourPiece[] {
+    return this.settings.contours ? (this.layer?.contourPieces() ?? []) : [];
+  }
+
+  /** Pixels of the canvas, from its top left, where a place in the scene is seen; undefined behind the eye. */
+  pixelOf(place: THREE.Vector3): readonly [number, number] | undefined {
+    const seen = place.clone().applyMatrix4(this.camera.matrixWorldInverse);
+    if (seen.z >= 0) return undefined;
+    const { x, y } = seen.applyMatrix4(this.camera.projectionMatrix);
+    return [((x + 1) / 2) * this.canvas.clientWidth, ((1 - y) / 2) * this.canvas.clientHeight];
+  }
+
+  /** Whether no ground is before a place in the scene. */
+  isInSight(place: THREE.Vector3): boolean {
+    const toPlace = place.clone().sub(this.camera.position);
+    const distance = toPlace.length();
+    const ground = this.layer?.hit(new THREE.Ray(this.camera.position.clone(), toPlace.normalize()));
+    return ground === undefined || ground.distance > 0.99 * distance;
+  }
+
+  /** Adds to the scene, whose metres are those of the frame of what is shown. */
+  add(object: THREE.Object3D): void {
+    this.scene.add(object);
+    this.redraw();
   }
 
   /** How high the camera is above the ground that is drawn; undefined where there is none. */
@@ -191,19 +216,34 @@ export class Viewer {
     this.orbit.rotateLeft(this.orbit.getAzimuthalAngle());
   }
 
-  setWireframe(visible: boolean): void {
-    this.wireframe = visible;
-    this.layer?.setWireframe(visible);
+  /** Sees the same part of the Earth, in the same way, as another viewer, which then is the one to steer. */
+  follow(leader: Viewer): void {
+    if (this.layer === undefined || leader.layer === undefined) return;
+    const toOwn = leader.layer.frame.matrixTo(this.layer.frame);
+    const position = leader.camera.position.clone().applyMatrix4(toOwn);
+    const turn = leader.camera.quaternion.clone().premultiply(new THREE.Quaternion().setFromRotationMatrix(toOwn));
+    if (position.equals(this.camera.position) && turn.equals(this.camera.quaternion)) return;
+    this.camera.position.copy(position);
+    this.camera.quaternion.copy(turn);
+    this.orbit.target.copy(leader.orbit.target).applyMatrix4(toOwn);
+    this.moved();
+  }
+
+  /** What does not steer takes no input. */
+  setSteering(isSteering: boolean): void {
+    this.isSteering = isSteering;
+    this.orbit.enabled = isSteering && !this.isFlying;
+    this.fly.enabled = isSteering && this.isFlying;
   }
 
   /** Flying looks from where the orbit was; orbiting turns around what is in the middle of the view. */
   setFlying(flying: boolean): void {
-    if (!flying && this.fly.enabled) {
+    if (!flying && this.isFlying) {
       const distance = Math.max(this.camera.position.distanceTo(this.orbit.target), 1);
       this.camera.getWorldDirection(this.orbit.target).multiplyScalar(distance).add(this.camera.position);
     }
-    this.fly.enabled = flying;
-    this.orbit.enabled = !flying;
+    this.isFlying = flying;
+    this.setSteering(this.isSteering);
   }
 
   stats(): Stats | undefined {
@@ -222,7 +262,8 @@ export class Viewer {
     });
   }
 
-  private redraw(): void {
+  /** Draws a frame, for something in the scene has changed. */
+  redraw(): void {
     this.needsFrame = true;
   }
 
@@ -254,10 +295,10 @@ export class Viewer {
     if (this.fly.update(seconds, this.flySpeed())) this.moved();
     if (!this.needsFrame) return;
     this.needsFrame = false;
-    this.stayAbove();
+    if (this.isSteering) this.stayAbove();
     this.camera.updateMatrixWorld();
     if (this.layer !== undefined) this.layer.uniforms.clearDistance.value = this.focusDistance(this.layer);
-    this.layer?.update(this.seenFrom(this.layer), now);
+    this.layer?.update(this.camera, this.renderer.domElement.height, now);
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
     if (this.layer?.isSettled === true) this.waiting.splice(0).forEach((resolve) => resolve());
@@ -299,18 +340,6 @@ export class Viewer {
   private flySpeed(): number {
     const lowest = this.layer?.box.min.z ?? 0;
     return Math.max(20, (this.camera.position.z - lowest) / 2);
-  }
-
-  private seenFrom(layer: TerrainLayer): Camera {
-    const toClip = this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
-    const frustum = new THREE.Frustum().setFromProjectionMatrix(toClip);
-    const halfHeight = Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW_DEGREES / 2));
-    return {
-      eye: this.camera.position,
-      pixelsPerRadian: (this.exaggeration * this.renderer.domElement.height) / (2 * halfHeight),
-      frustum: frustum.planes,
-      ground: layer.ground,
-    };
   }
 }
 

@@ -92,9 +92,11 @@ class Grid {
 
   private split(column: number, row: number, level: number): void {
     const steps = [[1, 0], [0, 1], [1, 1], [1, -1]];
+    // Neighbours choose different representatives on their common side, as real ones may.
+    const direction = (this.address.x + this.address.y) % 2 === 0 ? 1 : -1;
     for (const [x = 0, y = 0] of steps) {
-      const from = this.numbers.get(`${column - x},${row - y}`);
-      const to = this.numbers.get(`${column + x},${row + y}`);
+      const from = this.numbers.get(`${column - direction * x},${row - direction * y}`);
+      const to = this.numbers.get(`${column + direction * x},${row + direction * y}`);
       if (from === undefined || to === undefined) continue;
       const sides = [...this.trianglesOf[from]!].filter((triangle) => this.trianglesOf[to]!.has(triangle));
       if (sides.length === 0) continue;

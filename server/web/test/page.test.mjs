@@ -6,10 +6,8 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { chromium } from "playwright-core";
+import { changedShare, describe, launch, pixelsOf, quietPage } from "./browser.mjs";
 
-const SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-const QUIET = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"];
 /** Of the picture: right of the panel, above the help. */
 const CLIP = { x: 240, y: 0, width: 400, height: 430 };
 const SETTLE_MILLISECONDS = 120_000;
@@ -21,11 +19,8 @@ before(async () => {
   const url = process.env.TERRAIN_URL;
   assert.ok(url, "set TERRAIN_URL to the address of a running terrain-server, for example http://127.0.0.1:8080/");
   folder = await mkdtemp(join(tmpdir(), "terrain-page-"));
-  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
-  browser = await chromium.launch({ executablePath, args: [...SOFTWARE_GL, ...QUIET] });
-  page = await browser.newPage({ viewport: { width: 640, height: 480 } });
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(error.message));
+  browser = await launch();
+  page = await quietPage(browser, complaints);
   await page.goto(url);
   await page.waitForFunction(() => window.terrain !== undefined, undefined, { timeout: 20_000 });
 });
@@ -42,39 +37,7 @@ async function settledStats() {
   return page.evaluate(() => window.terrain.stats());
 }
 
-/** Pixels of the clip as `[r, g, b, a, …]`, decoded by the browser. */
-async function pixels() {
-  const png = (await page.screenshot({ clip: CLIP })).toString("base64");
-  const decoded = await page.evaluate(async (base64) => {
-    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
-    const image = await createImageBitmap(new Blob([bytes]));
-    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data } = context.getImageData(0, 0, image.width, image.height);
-    return btoa(Array.from(data, (byte) => String.fromCharCode(byte)).join(""));
-  }, png);
-  return Buffer.from(decoded, "base64");
-}
-
-/** How many colours there are, and the share of pixels that are not the blue-grey of the air. */
-function describe(image) {
-  const colours = new Set();
-  let ground = 0;
-  for (let at = 0; at < image.length; at += 4) {
-    const [red, green, blue] = image.subarray(at, at + 3);
-    colours.add((red << 16) | (green << 8) | blue);
-    if (blue < green || blue < red) ground++;
-  }
-  return { colours: colours.size, groundShare: (4 * ground) / image.length };
-}
-
-function changedShare(one, other) {
-  let changed = 0;
-  for (let at = 0; at < one.length; at += 4) {
-    if ([0, 1, 2].some((channel) => Math.abs(one[at + channel] - other[at + channel]) > 16)) changed++;
-  }
-  return (4 * changed) / one.length;
-}
+const pixels = () => pixelsOf(page, CLIP);
 
 test("the first view shows terrain", async () => {
   const stats = await settledStats();
@@ -250,6 +213,45 @@ test("light by normals changes the picture, not the triangles", async () => {
   await page.check("#light");
   assert.ok(fine.normalsBytes > 1000 && changed > 0.02, `${fine.normalsBytes} bytes, ${changed} of the picture`);
   assert.equal(plain.triangles, fine.triangles);
+});
+
+test("contour lines have their heights written on them while the view rests", async () => {
+  await startAnew();
+  await page.check("#contours");
+  await page.waitForSelector("#contour-labels span", { state: "attached" });
+  const labels = await page.evaluate(() =>
+    [...document.querySelectorAll("#contour-labels span")].map((label) => {
+      const { x, y, width, height } = label.getBoundingClientRect();
+      const ground = window.terrain.groundAt((2 * (x + width / 2)) / innerWidth - 1, 1 - (2 * (y + height / 2)) / innerHeight);
+      return { text: label.textContent, height: ground?.height };
+    }),
+  );
+  assert.ok(labels.length >= 3, `${labels.length} labels`);
+  for (const { text, height } of labels) assert.ok(Math.abs(Number(text) - height) < 25, `${text} on ground of ${height} m`);
+  assert.ok(new Set(labels.map(({ text }) => text)).size > 1);
+  await page.uncheck("#contours");
+  await settledStats();
+  assert.equal(await page.locator("#contour-labels span").count(), 0);
+});
+
+test("the tile in the middle is shown alone, finer from level to level", async () => {
+  await startAnew();
+  const all = await settledStats();
+  await page.check("#tile-levels");
+  const seen = [];
+  const count = Number(await page.getAttribute("#level", "max"));
+  for (let level = 0; level <= count; level++) {
+    await page.fill("#level", String(level));
+    const { tiles, triangles, error } = await settledStats();
+    assert.equal(tiles, 1);
+    assert.ok((await page.textContent("#level-text")).includes(`${triangles.toLocaleString("en")} triangles`));
+    seen.push({ triangles, error });
+  }
+  assert.ok(count > 2 && seen.every((now, at) => at === 0 || (now.triangles > seen[at - 1].triangles && now.error <= seen[at - 1].error)), JSON.stringify(seen));
+  await page.uncheck("#tile-levels");
+  // What was finer may stay so: not all is as it was, to the triangle.
+  const again = await settledStats();
+  assert.ok(again.tiles > 1 && Math.abs(again.triangles / all.triangles - 1) < 0.3, `${all.triangles} → ${again.triangles}`);
 });
 
 test("what was drawn stays while the server is away, and goes on when it is back", async () => {
