@@ -25,6 +25,7 @@ declare global {
       setWireframe(visible: boolean): void;
       flyTo: Viewer["flyTo"];
       pose(): Pose | undefined;
+      setPose(pose: Pose): void;
       besidePose(): Pose | undefined;
       groundAt: Viewer["groundAt"];
       metresAboveGround(): number | undefined;
@@ -97,6 +98,7 @@ async function start(): Promise<void> {
     setMaxPixels: (pixels) => hud.set("pixels", pixels),
     setWireframe: (visible) => hud.set("wireframe", visible),
     pose: () => views.main.pose,
+    setPose: (pose) => views.steer().setPose(pose),
     besidePose: () => views.beside?.pose,
     groundAt: (x, y) => views.main.groundAt(x, y),
     metresAboveGround: () => views.main.metresAboveGround(),
