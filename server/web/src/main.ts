@@ -2,6 +2,7 @@
 //
 // ?server=URL   those of another terrain-server than the one that the page comes from
 // ?archive=URL  that archive, straight from any web server; may be given several times
+// ?pixels=N     how many pixels what is drawn may be off
 
 import { openArchive } from "./archive_tileset.ts";
 import { ContourLabels } from "./contour_labels.ts";

@@ -11,7 +11,7 @@ const VIEWPORT = { width: 640, height: 360 };
 const HOME = new URL("..", import.meta.url).pathname;
 const SETTLE_MILLISECONDS = 120_000;
 /** How long CesiumJS has to be without a request to be done. */
-const REST_MILLISECONDS = 1500;
+const REST_MILLISECONDS = 3000;
 /** Frames between two moments of a flight. */
 const FRAMES = 24;
 /** Places of the picture, right of the panel and below the horizon, that ground has to cover. */
@@ -46,9 +46,8 @@ async function opened(name, start, pixels) {
   const page = await quietPage(browser, complaints, VIEWPORT);
   const link = [start.latitude, start.longitude, start.height, start.azimuth, start.down].join(",");
   const since = performance.now();
-  await page.goto(`${process.env.TERRAIN_URL}#${name}/${link}`);
+  await page.goto(`${process.env.TERRAIN_URL}?pixels=${pixels}#${name}/${link}`);
   await page.waitForFunction(() => window.terrain !== undefined);
-  await page.evaluate((pixels) => window.terrain.setMaxPixels(pixels), pixels);
   await settled(page);
   const { bytes, normalsBytes, triangles } = await page.evaluate(() => window.terrain.stats());
   return { page, bytes, normalsBytes, triangles, milliseconds: Math.round(performance.now() - since) };
