@@ -33,6 +33,7 @@ const setText = (id: string, text: string) => (element(id, HTMLElement).textCont
 
 /** Connects the panel and the keyboard to the viewer. */
 export function connect(views: Views, measuring: Measuring, levels: TileLevels): void {
+  input("pixels").value = new URLSearchParams(location.search).get("pixels") ?? "2";
   connectRange("pixels", (maxPixels) => views.set({ maxPixels }), " px");
   connectRange("exaggeration", (exaggeration) => views.set({ exaggeration }), " ×");
   connectSwitch("contours", "KeyC", (contours) => views.set({ contours }));

@@ -2,6 +2,7 @@
 //
 // ?server=URL   those of another terrain-server than the one that the page comes from
 // ?archive=URL  that archive, straight from any web server; may be given several times
+// ?pixels=N     how many pixels what is drawn may be off
 
 import { openArchive } from "./archive_tileset.ts";
 import { ContourLabels } from "./contour_labels.ts";
@@ -25,6 +26,7 @@ declare global {
       setWireframe(visible: boolean): void;
       flyTo: Viewer["flyTo"];
       pose(): Pose | undefined;
+      setPose(pose: Pose): void;
       besidePose(): Pose | undefined;
       groundAt: Viewer["groundAt"];
       metresAboveGround(): number | undefined;
@@ -97,6 +99,7 @@ async function start(): Promise<void> {
     setMaxPixels: (pixels) => hud.set("pixels", pixels),
     setWireframe: (visible) => hud.set("wireframe", visible),
     pose: () => views.main.pose,
+    setPose: (pose) => views.steer().setPose(pose),
     besidePose: () => views.beside?.pose,
     groundAt: (x, y) => views.main.groundAt(x, y),
     metresAboveGround: () => views.main.metresAboveGround(),

@@ -71,9 +71,8 @@ export const DEFAULT_SETTINGS: TerrainSettings = {
   imagery: undefined,
 };
 
-const BLEND_MILLISECONDS = 250;
-/** Of a blend, in one frame, however many pixels that is. */
-const LEAST_STEP = 1 / 60;
+/** A blend takes as long, or longer where much moves, but not for ever. */
+const [SHORTEST_BLEND_MILLISECONDS, LONGEST_BLEND_MILLISECONDS] = [250, 1000];
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
@@ -97,7 +96,9 @@ export class TerrainLayer {
   private drawn = new Map<string, Pick<Choice, "address" | "error">>();
   private blend = { share: 1, step: 1, isRunning: false };
   private lastUpdate = 0;
+  /** Whether something has changed since tiles were asked for, and since the picture was chosen. */
   private isStale = true;
+  private isPictureStale = true;
   private missing = 0;
 
   /** `onChange` is called when something new could be drawn. */
@@ -130,7 +131,7 @@ export class TerrainLayer {
 
   /** Whether nothing will change until the view does. */
   get isSettled(): boolean {
-    return !this.isStale && !this.blend.isRunning && !this.isLoading;
+    return !this.isPictureStale && !this.blend.isRunning && !this.isLoading;
   }
 
   /** Whether something that the view needs is not here yet. */
@@ -239,19 +240,20 @@ export class TerrainLayer {
   /** The next update selects anew. */
   invalidate(): void {
     this.isStale = true;
+    this.isPictureStale = true;
     this.onChange();
   }
 
   /**
    * Brings what is drawn up to date for a camera of the same scene, in a picture so many pixels high.
    * Call it before each frame; `now` is milliseconds, as of an animation loop. A blend once begun runs to its end before the
-   * next selection.
+   * next picture; what that will need is asked for already.
    */
   update(from: THREE.PerspectiveCamera, pixelsHigh: number, now: number): void {
     const camera = this.seenFrom(from, pixelsHigh);
     this.advanceBlend(now);
     const sight = new Sight(camera);
-    if (this.isStale && !this.blend.isRunning) this.reselect(camera, sight);
+    if (this.isStale || (this.isPictureStale && !this.blend.isRunning)) this.reselect(camera, sight);
     for (const { address } of this.drawn.values()) {
       const object = this.store.get(address)?.mesh.object;
       if (object !== undefined) object.visible = sight.sees(this.store.bounds(address));
@@ -303,7 +305,8 @@ export class TerrainLayer {
     const elapsed = now - this.lastUpdate;
     this.lastUpdate = now;
     if (!this.blend.isRunning) return;
-    this.blend.share = Math.min(1, this.blend.share + Math.min(elapsed / BLEND_MILLISECONDS, this.blend.step));
+    const step = Math.max(this.blend.step, elapsed / LONGEST_BLEND_MILLISECONDS);
+    this.blend.share = Math.min(1, this.blend.share + Math.min(elapsed / SHORTEST_BLEND_MILLISECONDS, step));
     if (this.blend.share < 1) {
       for (const { address } of this.drawn.values()) this.meshOf(address).setBlend(this.blend.share);
       return;
@@ -317,15 +320,16 @@ export class TerrainLayer {
   private reselect(camera: Camera, sight: Sight): void {
     this.isStale = false;
     this.store.startSelection();
+    // What is drawn is not dropped, whatever is selected.
+    for (const { address } of this.drawn.values()) this.store.levels(address);
     const demand = { ...BUDGET, tolerance: this.settings.maxPixels };
     const isLoaded = (address: Address) => this.store.get(address) !== undefined;
-    if (this.alone !== undefined) {
-      this.store.levels(this.alone.address);
-      this.missing = 0;
-      return this.show([this.alone], camera);
+    const selection = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
+    const { choices, requests } = this.alone === undefined ? selection : { choices: [this.alone], requests: [] };
+    if (!this.blend.isRunning) {
+      this.isPictureStale = false;
+      this.show(choices, camera);
     }
-    const { choices, requests } = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
-    this.show(choices, camera);
     this.missing = requests.length;
     this.store.request(requests);
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
@@ -360,7 +364,6 @@ export class TerrainLayer {
       this.drawn.set(key, choice);
       this.meshOf(choice.address).show(choice);
     }
-    for (const { address } of moving) this.store.levels(address);
     for (const moved of moving) this.meshOf(moved.address).move(moved);
     this.blend = { share: 0, step: this.largestStep(moving, camera), isRunning: moving.length > 0 };
     this.putInScene();
@@ -383,15 +386,14 @@ export class TerrainLayer {
   }
 
   /**
-   * How far a blend may go in one frame, so that the ground moves by no more pixels than it may be off. A way of very many pixels,
-   * as after a leap of the camera, is not drawn out for more than a second.
+   * How far a blend may go in one frame, so that the ground moves by no more pixels than it may be off.
    */
   private largestStep(moving: readonly Moving<Choice>[], camera: Camera): number {
     const sight = new Sight(camera);
     const scale = (place: THREE.Vector3) => camera.pixelsPerRadian / place.distanceTo(camera.eye);
     const seen = moving.filter(({ address }) => sight.sees(this.store.bounds(address)));
     const pixels = seen.map((moved) => largestMotion(this.store.get(moved.address)!.tile, moved, scale));
-    return Math.max(LEAST_STEP, this.settings.maxPixels / Math.max(...pixels, 1e-6));
+    return this.settings.maxPixels / Math.max(...pixels, 1e-6);
   }
 }
 

@@ -32,7 +32,7 @@ function configuration(home, folder, port, log) {
       ${temporary.join(" ")}
       log_format plain "$status $request_uri $body_bytes_sent";
       access_log ${log} plain;
-      types { text/html html; text/css css; text/javascript js; }
+      types { text/html html; text/css css; text/javascript js; application/json json; }
       gzip on; gzip_types text/javascript;
       server { listen 127.0.0.1:${port}; root ${folder}; }
     }`;

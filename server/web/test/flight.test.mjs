@@ -1,0 +1,151 @@
+// A recorded flight over an archive, in the page and in CesiumJS, which gets the same archive as quantized-mesh.
+// TERRAIN_URL: a terrain-server. Flights are over those of its archives that are there; TERRAIN_SCREENSHOTS: where to leave pictures.
+
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { launch, quietPage } from "./browser.mjs";
+import { serveByNginx } from "./nginx.mjs";
+
+const VIEWPORT = { width: 640, height: 360 };
+const HOME = new URL("..", import.meta.url).pathname;
+const SETTLE_MILLISECONDS = 120_000;
+/** How long CesiumJS has to be without a request to be done. */
+const REST_MILLISECONDS = 3000;
+/** Frames between two moments of a flight. */
+const FRAMES = 24;
+/** Places of the picture, right of the panel and below the horizon, that ground has to cover. */
+const BELOW = [-0.1, 0.3, 0.6, 0.9].flatMap((x) => [-0.15, -0.4, -0.65].map((y) => [x, y]));
+
+const pose = (longitude, latitude, height, azimuth, down) => ({ longitude, latitude, height, azimuth, down });
+/** Moments of flights, by the beginning of an archive's name. */
+const FLIGHTS = {
+  jacksboro_fault: [pose(-84.3, 36.2, 9000, 20, 40), pose(-84.28, 36.22, 3000, 30, 30), pose(-84.22, 36.26, 2500, 60, 30), pose(-84.2, 36.3, 6000, 0, 45)],
+  vancouver: [
+    pose(-123.1, 49.12, 30000, 0, 40), pose(-123.12, 49.3, 6000, 20, 28), pose(-123.04, 49.4, 3500, 60, 28),
+    pose(-122.8, 49.5, 4000, 80, 28), pose(-122.5, 49.55, 3500, 300, 30), pose(-122.6, 49.5, 25000, 330, 45),
+  ],
+};
+
+let browser, nginx, tilesets;
+const complaints = [];
+
+before(async () => {
+  tilesets = (await fetch(new URL("tilesets", process.env.TERRAIN_URL)).then((answer) => answer.json())).map(({ name }) => name);
+  nginx = await serveByNginx(HOME);
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await nginx?.stop();
+});
+
+/** A new page of the terrain from a pose, and the bytes and milliseconds until all that it needs is drawn. */
+async function opened(name, start, pixels) {
+  const page = await quietPage(browser, complaints, VIEWPORT);
+  const link = [start.latitude, start.longitude, start.height, start.azimuth, start.down].join(",");
+  const since = performance.now();
+  await page.goto(`${process.env.TERRAIN_URL}?pixels=${pixels}#${name}/${link}`);
+  await page.waitForFunction(() => window.terrain !== undefined);
+  await settled(page);
+  const { bytes, normalsBytes, triangles } = await page.evaluate(() => window.terrain.stats());
+  return { page, bytes, normalsBytes, triangles, milliseconds: Math.round(performance.now() - since) };
+}
+
+async function settled(page) {
+  const late = new Promise((_, reject) => setTimeout(reject, SETTLE_MILLISECONDS, new Error("never settled")).unref());
+  await Promise.race([page.evaluate(() => window.terrain.settled()), late]);
+}
+
+/** The same in CesiumJS. */
+async function openedInCesium(name, start, pixels) {
+  const page = await quietPage(browser, complaints, VIEWPORT);
+  let bytes = 0;
+  const sizes = [];
+  page.on("requestfinished", (request) => {
+    if (request.url().includes(".terrain")) sizes.push(request.sizes().then(({ responseBodySize }) => (bytes += responseBodySize)));
+  });
+  const since = performance.now();
+  const query = new URLSearchParams({ tileset: new URL(name, process.env.TERRAIN_URL), pixels, pose: JSON.stringify(start) });
+  await page.goto(`${nginx.url}test/flight_cesium.html?${query}`);
+  await page.waitForFunction(() => window.isReady && window.isSettled(), undefined, { timeout: SETTLE_MILLISECONDS });
+  const milliseconds = Math.round(performance.now() - since - REST_MILLISECONDS);
+  await Promise.all(sizes);
+  return { page, bytesNow: async () => (await Promise.all(sizes), bytes), bytes, tiles: sizes.length, milliseconds };
+}
+
+/** A pose between two others. */
+function between(from, to, share) {
+  const turn = ((to.azimuth - from.azimuth + 540) % 360) - 180;
+  const mixed = Object.keys(from).map((part) => [part, from[part] + (to[part] - from[part]) * share]);
+  return { ...Object.fromEntries(mixed), azimuth: (from.azimuth + turn * share + 360) % 360 };
+}
+
+/** Flies from moment to moment, a pose a frame, and counts places without ground. */
+async function fly(page, poses) {
+  return page.evaluate(
+    async ([poses, places]) => {
+      const holes = [];
+      const started = performance.now();
+      for (const [frame, pose] of poses.entries()) {
+        window.terrain.setPose(pose);
+        await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+        for (const [x, y] of places) if (window.terrain.groundAt(x, y) === undefined) holes.push([frame, x, y]);
+      }
+      return { holes, millisecondsOfFrame: Math.round((performance.now() - started) / poses.length) };
+    },
+    [poses, BELOW],
+  );
+}
+
+for (const [place, moments] of Object.entries(FLIGHTS)) {
+  test(`a flight over ${place} shows ground wherever there is some`, async (context) => {
+    const name = tilesets.find((tileset) => tileset.startsWith(place));
+    if (name === undefined) return context.skip(`no archive of ${place} is served`);
+    const { page } = await opened(name, moments[0], 2);
+    const cesium = await openedInCesium(name, moments[0], 2);
+    for (const [at, moment] of moments.entries()) {
+      if (at > 0) {
+        const poses = Array.from({ length: FRAMES }, (_, frame) => between(moments[at - 1], moment, (frame + 1) / FRAMES));
+        const { holes, millisecondsOfFrame } = await fly(page, poses);
+        assert.deepEqual(holes.slice(0, 5), [], `on the way to moment ${at}`);
+        console.log({ moment: at, millisecondsOfFrame });
+      }
+      const since = performance.now();
+      await settled(page);
+      const ours = { ...(await page.evaluate(() => window.terrain.stats())), milliseconds: Math.round(performance.now() - since) };
+      const cesiumSince = performance.now();
+      await cesium.page.evaluate((moment) => (window.setPose(moment), window.moved()), moment);
+      await cesium.page.waitForFunction(() => window.isSettled(), undefined, { timeout: SETTLE_MILLISECONDS });
+      const cesiumMilliseconds = Math.round(performance.now() - cesiumSince - REST_MILLISECONDS);
+      console.log({ moment: at, tiles: ours.tiles, triangles: ours.triangles, error: ours.error, bytes: ours.bytes, normalsBytes: ours.normalsBytes,
+        milliseconds: ours.milliseconds, cesiumBytes: await cesium.bytesNow(), cesiumMilliseconds });
+      assert.ok(ours.triangles > 100 && ours.bytes > 1000, JSON.stringify(ours));
+      for (const [x, y] of BELOW) assert.ok(await page.evaluate(([x, y]) => window.terrain.groundAt(x, y) !== undefined, [x, y]), `moment ${at}: ${x}, ${y}`);
+      if (process.env.TERRAIN_SCREENSHOTS !== undefined) {
+        await page.screenshot({ path: join(process.env.TERRAIN_SCREENSHOTS, `${name}-${at}.png`) });
+        await cesium.page.screenshot({ path: join(process.env.TERRAIN_SCREENSHOTS, `${name}-${at}-cesium.png`) });
+      }
+    }
+    await page.close();
+    await cesium.page.close();
+  });
+
+  test(`the first picture of ${place} takes fewer bytes than in CesiumJS`, async (context) => {
+    const name = tilesets.find((tileset) => tileset.startsWith(place));
+    if (name === undefined) return context.skip(`no archive of ${place} is served`);
+    for (const pixels of [16, 2]) {
+      const ours = await opened(name, moments[1], pixels);
+      const cesium = await openedInCesium(name, moments[1], pixels);
+      console.log({ place, pixels, bytes: ours.bytes, normalsBytes: ours.normalsBytes, milliseconds: ours.milliseconds,
+        cesiumBytes: cesium.bytes, cesiumTiles: cesium.tiles, cesiumMilliseconds: cesium.milliseconds });
+      await ours.page.close();
+      await cesium.page.close();
+      assert.ok(ours.bytes > 0 && cesium.bytes > 0);
+      assert.ok(ours.bytes < cesium.bytes, `${pixels} px: ${ours.bytes} and ${cesium.bytes} bytes`);
+    }
+  });
+}
+
+test("the consoles stay quiet", () => assert.deepEqual(complaints, []));
