@@ -392,6 +392,7 @@ fn one_mesh_keeps_its_error_at_the_samples_where_that_is_what_was_asked() {
         max_error: 20.0,
         bound: Bound::Samples,
         quality: Quality::Default,
+        breaklines: Vec::new(),
     };
     let report = tin::run(&SAMPLE.grid, &options, &output, &Progress::silent()).unwrap();
     let measured = verify::mesh(&output, (&SAMPLE.grid).into(), None, 64 << 20).unwrap();

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use crate::height_field::ground::Ground;
 use crate::height_field::scan::ON_A_LINE;
 use crate::height_field::surface::Surface;
+use crate::topology::half_edges::ordered;
 
 /// Chains of edges as they were, and which of their vertices are left. The ends of an open chain always are.
 pub(crate) struct KeptChains {
@@ -269,11 +270,6 @@ impl KeptChains {
             false => place - 1,
         }
     }
-}
-
-/// The ends of an edge, the lower number first.
-pub(crate) fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// Whether a point is on a segment, but for rounding.

@@ -19,11 +19,10 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use crate::height_field::kept_chains::ordered;
 use crate::height_field::reference::{Bound, Deviation};
 use crate::height_field::surface::{Surface, morton_code};
 use crate::height_field::triangulate::stepped;
-use crate::topology::half_edges::{NONE, edges_of, next, previous};
+use crate::topology::half_edges::{NONE, edges_of, next, ordered, previous};
 
 /// Cells along the side of a block of samples.
 const BLOCK: usize = 8;

@@ -9,7 +9,8 @@ use crate::height_field::heights::Heights;
 use crate::height_field::plan::PlanMap;
 use crate::height_field::reference::{Bound, Reference};
 use crate::height_field::refine::{Refinement, refine};
-use crate::height_field::triangulate::{Outline, triangulate};
+use crate::height_field::snapping::snapped;
+use crate::height_field::triangulate::{Outline, Triangulated, triangulate};
 use crate::levels::adaptive_surface::AdaptiveSurface;
 use crate::levels::partition::{self, SurfacePartition};
 use crate::levels::replay::{Demand, Replay};
@@ -144,6 +145,109 @@ fn refined_and_simplified_surfaces_stay_inside_the_volume_at_every_level() {
         }
         assert!(counts.windows(2).all(|pair| pair[0] * 10 < pair[1] * 9), "{counts:?}");
         assert_eq!(simplifier.surface().triangle_count(), counts[0]);
+    }
+}
+
+/// A closed line in the middle, joined to a corner by another one, which another crosses.
+fn lines() -> Vec<Vec<DVec2>> {
+    let lines: [&[(f64, f64)]; 3] = [
+        &[(10.0, 8.0), (21.0, 9.0), (18.0, 20.0), (9.0, 17.0), (10.0, 8.0)],
+        &[(10.0, 8.0), (5.0, 6.0), (0.0, 0.0)],
+        &[(12.0, 3.0), (3.0, 12.0)],
+    ];
+    let place = |&(x, y): &(f64, f64)| DVec2::new(x, y);
+    lines.map(|line| line.iter().map(place).collect()).to_vec()
+}
+
+/// A surface with lines, refined.
+fn refined_along_lines<'a>(reference: &'a Reference<'a>, lines: &[Vec<DVec2>], tolerance: f64) -> Surface<'a> {
+    let mut outline = square(reference.heights.samples);
+    let steps: Vec<[[i64; 2]; 2]> = lines
+        .iter()
+        .flat_map(|line| line.windows(2))
+        .flat_map(|pair| {
+            let at = |part: usize| {
+                (pair[0].lerp(pair[1], part as f64 / 9.0) * SCALE)
+                    .round()
+                    .as_i64vec2()
+                    .to_array()
+            };
+            (0..9).map(move |part| [at(part), at(part + 1)])
+        })
+        .collect();
+    for edge in snapped(&steps).iter().flat_map(|way| way.windows(2)) {
+        let ends = [edge[0], edge[1]].map(|[x, y]| {
+            let plan = DVec2::new(x as f64, y as f64);
+            let known = outline.vertices.iter().position(|vertex| vertex.truncate() == plan);
+            let height = || reference.heights.height_near(plan / SCALE).unwrap();
+            known.unwrap_or_else(|| {
+                outline.vertices.push(plan.extend(height()));
+                outline.vertices.len() - 1
+            }) as u32
+        });
+        outline.breaklines.push(ends);
+    }
+    let Triangulated { mesh, breaklines } = triangulate(&outline, |_| true).unwrap();
+    let mut surface = Surface::new(&mesh, reference).with_breaklines(&breaklines);
+    let refinement = Refinement {
+        tolerance,
+        height_step: 0.125,
+        frame: None,
+        most_vertices: None,
+    };
+    refine(&mut surface, refinement);
+    surface.in_memory_order()
+}
+
+/// How far, in cells, points along lines are from the nearest of some edges, at most.
+fn farthest(lines: &[Vec<DVec2>], edges: &[[DVec2; 2]]) -> f64 {
+    let off = |at: DVec2, [from, to]: [DVec2; 2]| {
+        let share = (at - from).dot(to - from) / (to - from).length_squared();
+        at.distance(from.lerp(to, share.clamp(0.0, 1.0)))
+    };
+    let points = lines.iter().flat_map(|line| line.windows(2)).flat_map(|pair| {
+        let at = |part: i32| pair[0].lerp(pair[1], f64::from(part) / 50.0);
+        (0..=50).map(at).collect::<Vec<_>>()
+    });
+    let distance = |at: DVec2| {
+        edges
+            .iter()
+            .map(|&edge| off(at * SCALE, edge))
+            .fold(f64::INFINITY, f64::min)
+            / SCALE
+    };
+    points.map(distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn breaklines_stay_edges_near_where_they_were_at_every_level() {
+    let (heights, curvature) = (hills(), [DVec2::ZERO; SIZE]);
+    let lines = lines();
+    for quality in [Quality::Fast, Quality::Default, Quality::Best] {
+        let reference = reference(&heights, &curvature, Bound::Surface);
+        let mut simplifier = simplifier(refined_along_lines(&reference, &lines, 2.0), quality);
+        for (vertical, cells) in [(2.0, 0.1), (8.0, 0.5), (40.0, 2.0)] {
+            let metres = 30.0 * cells;
+            let allowance = Allowance {
+                vertical,
+                outline: 0.0,
+                breaklines: metres,
+            };
+            simplifier.thin(allowance);
+            let edges = simplifier.breaklines();
+            let mesh = simplifier.surface().mesh().0;
+            mesh::validate(&mesh).unwrap();
+            let with_edges = Surface::new(&mesh, &reference).with_breaklines(&edges);
+            assert_eq!(with_edges.breaklines.len(), edges.len(), "all are edges of the mesh");
+            let found = farthest(&lines, &edges);
+            assert!(found <= cells + 0.75 / SCALE, "{quality:?}: {found} cells");
+            assert!(simplifier.breaklines_strayed() <= metres);
+            let ends = |place: DVec2| edges.iter().flatten().filter(|&&end| end == place * SCALE).count();
+            let meeting = [(10.0, 8.0), (0.0, 0.0), (12.0, 3.0)].map(|(x, y)| ends(DVec2::new(x, y)));
+            assert_eq!(meeting, [3, 1, 1], "{quality:?}: ends stay, and where lines meet");
+        }
+        let edges = simplifier.breaklines();
+        assert!((6..=14).contains(&edges.len()), "{quality:?}: {} edges", edges.len());
     }
 }
 

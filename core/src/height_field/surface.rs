@@ -5,11 +5,10 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use crate::height_field::kept_chains::ordered;
 use crate::height_field::reference::{Bound, Deviation, GridPoint, Reference};
 use crate::height_field::scan;
 use crate::mesh::{Mesh, plan_orientation};
-use crate::topology::half_edges::{HalfEdges, NONE, edges_of, inverse, permute};
+use crate::topology::half_edges::{HalfEdges, NONE, edges_of, inverse, ordered, permute};
 
 /// A mesh over a reference surface.
 #[derive(Clone, Debug)]

@@ -25,6 +25,11 @@ pub(crate) fn edges_of(triangle: u32) -> [u32; 3] {
     [3 * triangle, 3 * triangle + 1, 3 * triangle + 2]
 }
 
+/// The ends of an edge, the lower number first.
+pub(crate) fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// Triangles as half-edges.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct HalfEdges {

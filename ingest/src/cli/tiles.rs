@@ -32,8 +32,8 @@ pub(crate) struct SurfaceArgs {
     /// How much work goes into few triangles; the error is the same for all.
     #[arg(long, value_enum, default_value = "default")]
     pub(crate) quality: Quality,
-    /// Lines (GeoJSON, Shapefile, FlatGeobuf, GeoPackage) that the surface keeps as edges: ridges, shores, walls; of polygons, their
-    /// rings. They lie on the surface as it is: heights that they have themselves are not used.
+    /// Lines (GeoJSON, Shapefile, FlatGeobuf, GeoPackage) that the surface keeps as edges, at every level of detail: ridges, shores,
+    /// walls; of polygons, their rings. They lie on the surface as the raster has it: heights of their own are not used.
     #[arg(long, value_name = "FILE")]
     pub(crate) breaklines: Option<PathBuf>,
 }

@@ -29,6 +29,16 @@ test("the levels of a tile whose holes open are those that the decoder in Rust f
   assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}holes_v4.arrays`)));
 });
 
+test("edges along breaklines are passed over", () => {
+  // What stands before the directory takes 52 bytes; two edges of four numbers each come after.
+  const breaklines = [2, 6, 80, 122, 79, 0, 0, 113, 14];
+  const bytes = Uint8Array.of(...SMALL.subarray(0, 52), ...breaklines, ...SMALL.subarray(52));
+  bytes[4] = 5;
+  assert.deepEqual(decodeTile(bytes), decodeTile(SMALL));
+  bytes[52] = 200;
+  assert.throws(() => decodeTile(bytes), TileError);
+});
+
 test("of the first tenth of a tile the decoder in Rust makes the same, byte for byte", () => {
   const whole = readFileSync(`${GOLDEN}square_v3.spt`);
   const { positions, representatives, corners, levels } = decodeTilePrefix(whole.subarray(0, Math.floor(whole.length / 10)));

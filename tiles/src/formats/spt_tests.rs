@@ -142,6 +142,25 @@ fn a_tile_whose_holes_open_decodes_to_the_arrays_that_the_decoder_in_typescript_
 }
 
 #[test]
+fn edges_along_breaklines_come_back_whether_holes_open_or_not() {
+    let holes = std::fs::read(format!("{}/golden/holes_v4.spt", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let with_holes = decode(&holes, &LevelLimits::default()).unwrap();
+    for (tile, flags) in [(small_tile(), 0), (with_holes, OPENS_HOLES)] {
+        let breaklines = vec![[[3, 40], [64, 0]], [[64, 0], [7, 7]]];
+        let tile = Tile { breaklines, ..tile };
+        let bytes = encode(&tile).unwrap();
+        assert_eq!([bytes[4], bytes[24] & OPENS_HOLES], [VERSION_WITH_BREAKLINES, flags]);
+        assert_same(&decode(&bytes, &LevelLimits::default()).unwrap(), &tile);
+    }
+    let outside = Tile {
+        breaklines: vec![[[0, 0], [65, 0]]],
+        ..small_tile()
+    };
+    let read = decode(&encode(&outside).unwrap(), &LevelLimits::default());
+    assert_eq!(read.unwrap_err(), DecodeError::OutOfRange("an edge along a breakline"));
+}
+
+#[test]
 fn the_header_and_the_directory_stand_where_the_specification_says() {
     let mut tile = small_tile();
     tile.lineage = Lineage {
