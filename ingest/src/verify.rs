@@ -230,7 +230,7 @@ fn measure_tiles(measure: &Measure, progress: &Progress) -> Result<Found> {
     all.sort_by_key(|&(address, _)| address);
     let mut found = Found::default();
     for (address, tile) in all {
-        found.add(address, tile, extent::is_leaf(exist, address));
+        found.add(address, tile, tiles::is_leaf(exist, address));
     }
     Ok(found)
 }

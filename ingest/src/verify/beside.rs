@@ -10,10 +10,9 @@ use terrain_tiles::address::TileAddress;
 use super::deviation::visit_posts;
 use super::drawing::{no_surface, unsound};
 use super::drawn::{Level, drawings, earth, levels};
-use super::extent::is_leaf;
 use super::source::{Block, Source};
 use super::space::{Earth, Space};
-use super::tiles::Tiles;
+use super::tiles::{Tiles, is_leaf};
 
 /// Part of a cell by which an outline may exceed its claim: the rounding of the raster's own place on the Earth.
 const CELL_SLACK: f64 = 1e-3;

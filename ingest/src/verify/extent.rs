@@ -12,7 +12,7 @@ use terrain_tiles::metadata::{Metadata, Zoom};
 use super::beside::Beside;
 use super::report::{Violation, ZoomReport};
 use super::source::{Block, Post, Source};
-use super::tiles::Tiles;
+use super::tiles::{Tiles, is_leaf};
 
 /// Compares the metadata with the tiles that exist and with what was found in them.
 pub(super) fn check_metadata(
@@ -62,11 +62,6 @@ pub(super) fn check_metadata(
         }
     }
     violations
-}
-
-/// Whether no tile is below one.
-pub(super) fn is_leaf(exist: &BTreeSet<TileAddress>, tile: TileAddress) -> bool {
-    !tile.children().iter().any(|child| exist.contains(child))
 }
 
 fn available(zoom: &Zoom) -> BTreeSet<TileAddress> {

@@ -1,5 +1,7 @@
 //! Where tiles come from: an archive on disk, or a list in a test.
 
+use std::collections::BTreeSet;
+
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::LevelLimits;
@@ -32,6 +34,11 @@ impl Tiles for Reader {
         check_header(&bytes, &tile)?;
         Ok(tile)
     }
+}
+
+/// Whether no tile is below one.
+pub(super) fn is_leaf(exist: &BTreeSet<TileAddress>, tile: TileAddress) -> bool {
+    !tile.children().iter().any(|child| exist.contains(child))
 }
 
 /// Compares the lowest and the highest height of the header, which clients cull by, with the vertices.
