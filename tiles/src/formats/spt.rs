@@ -284,7 +284,7 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], start: Star
     bytes.extend(tile.address.y.to_le_bytes());
     heights.iter().for_each(|height| bytes.extend(height.to_le_bytes()));
     let holes = u8::from(has_breaklines && start.opens_holes) * OPENS_HOLES;
-    bytes.push(u8::from(tile.sampling.is_some()) * SAMPLED | holes);
+    bytes.push((u8::from(tile.sampling.is_some()) * SAMPLED) | holes);
     tile.lineage.write(bytes);
     bytes.extend(tile.partition.levels.len().encode_var_vec());
     bytes.extend(start.vertices.encode_var_vec());
