@@ -41,6 +41,9 @@ after(async () => {
   if (folder !== undefined) await rm(folder, { recursive: true });
 });
 
+/** Milliseconds. */
+const LONGEST_WAIT = 30_000;
+
 test("the package has the library, its types and a read-me, and nothing of the page", () => {
   const names = packed.files.map(({ path }) => path);
   console.log({ files: names.length, bytes: packed.size, unpacked: packed.unpackedSize });
@@ -54,9 +57,14 @@ test("a page of ten lines draws an archive that nginx serves, by ranges of it", 
   const page = await quietPage(browser, complaints);
   await page.goto(nginx.url);
   await page.waitForLoadState("networkidle");
-  const { colours, groundShare } = describe(await pixelsOf(page, CLIP));
+  // What has been loaded may still be on its way to the picture.
+  let seen = { colours: 0, groundShare: 0 };
+  const isDrawn = () => seen.colours > 1000 && seen.groundShare > 0.15 && seen.groundShare < 0.98;
+  for (const end = Date.now() + LONGEST_WAIT; !isDrawn() && Date.now() < end; await page.waitForTimeout(500)) {
+    seen = describe(await pixelsOf(page, CLIP));
+  }
   await page.close();
-  assert.ok(colours > 1000 && groundShare > 0.15 && groundShare < 0.98, `${colours} colours, ${groundShare} ground`);
+  assert.ok(isDrawn(), `${seen.colours} colours, ${seen.groundShare} ground`);
   const log = await readFile(nginx.log, "utf8");
   const ranges = log.split("\n").filter((line) => line.includes("/terrain.pmtiles"));
   assert.ok(ranges.length > 3 && ranges.every((line) => line.startsWith("206 ")), ranges.join("\n"));
