@@ -24,7 +24,7 @@ use terrain_tiles::ellipsoid::{METRES_IN_A_DEGREE, on_ellipsoid};
 
 use crate::border::{BorderCurve, Run};
 use crate::lattice::{Lattice, STRIP, Square};
-use crate::raster_outline::{BorderSource, crossing};
+use crate::raster_outline::{BorderSource, crossing, on_line, with_passed};
 use crate::strips::out_of_strips;
 
 /// The frame of a square in its own lattice coordinates.
@@ -322,7 +322,7 @@ impl Builder<'_> {
     }
 
     fn add_along_side(&mut self, along: [i64; 2], axis: usize, line: i64) {
-        let places = along.map(|along| if axis == 0 { [line, along] } else { [along, line] });
+        let places = along.map(|along| on_line(axis, line, along));
         let ends = places.map(|place| self.line_vertex(place));
         self.outline.breaklines.push(ends);
         let origin = self.lattice.origin(self.square);
@@ -339,19 +339,16 @@ impl Builder<'_> {
 
     /// The ends of a step and where it passes the square's sides and inner lines, in order.
     fn cut(&self, from: [i64; 2], to: [i64; 2]) -> Vec<[i64; 2]> {
-        let mut points = vec![from, to];
-        for axis in [0, 1] {
-            for (line, margin) in [(0, 0), (STRIP, STRIP), (self.extent - STRIP, STRIP), (self.extent, 0)] {
-                let along = crossing([from, to], axis, line);
-                let on_it = along.filter(|along| (margin..=self.extent - margin).contains(along));
-                points.extend(on_it.map(|along| if axis == 0 { [line, along] } else { [along, line] }));
-            }
-        }
-        let product =
-            |at: &[i64; 2], axis: usize| i128::from(at[axis] - from[axis]) * i128::from(to[axis] - from[axis]);
-        points.sort_by_key(|at| product(at, 0) + product(at, 1));
-        points.dedup();
-        points
+        let step = [from, to];
+        let lines = [(0, 0), (STRIP, STRIP), (self.extent - STRIP, STRIP), (self.extent, 0)];
+        let passed = [0, 1].into_iter().flat_map(|axis| {
+            lines.into_iter().filter_map(move |(line, margin)| {
+                let along = crossing(step, axis, line)?;
+                let is_on_it = (margin..=self.extent - margin).contains(&along);
+                is_on_it.then(|| on_line(axis, line, along))
+            })
+        });
+        with_passed(step, passed)
     }
 
     fn line_vertex(&mut self, at: [i64; 2]) -> u32 {
@@ -375,7 +372,7 @@ impl Builder<'_> {
                 stops.extend([low, high]);
                 stops.sort_unstable();
                 stops.dedup();
-                let at = |along: i64| if axis == 0 { [line, along] } else { [along, line] };
+                let at = |along: i64| on_line(axis, line, along);
                 for pair in stops.windows(2) {
                     let [from, to] = [at(pair[0]), at(pair[1])];
                     let segment = [self.surface_vertex(from), self.surface_vertex(to)];

@@ -19,14 +19,14 @@ mod three_tz;
 mod unusable;
 mod whole;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
-use terrain_tiles::address::{TileAddress, standing_for};
+use terrain_tiles::address::{TileAddress, is_leaf, rows_of, standing_for};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
@@ -156,7 +156,7 @@ fn write_in(part: &Path, archive: &Reader, format: Format, choice: &Choice) -> a
 
 /// Those that none of the others is below.
 fn finest(tiles: &BTreeSet<TileAddress>) -> BTreeSet<TileAddress> {
-    let has_none_below = |address: &TileAddress| !address.children().iter().any(|child| tiles.contains(child));
+    let has_none_below = |&address: &TileAddress| is_leaf(address, |child| tiles.contains(&child));
     tiles.iter().copied().filter(has_none_below).collect()
 }
 
@@ -289,20 +289,15 @@ impl<'a> Pack<'a> {
     fn metadata(&self) -> Metadata {
         let whole = self.archive.metadata();
         let max_zoom = self.chosen.iter().map(|address| address.zoom).max().unwrap_or(0);
-        let is_leaf = |address: &TileAddress| !address.children().iter().any(|child| self.chosen.contains(child));
-        let leaves = |zoom: u8| {
-            self.chosen
-                .iter()
-                .filter(move |tile| tile.zoom == zoom && is_leaf(tile))
-        };
+        let leaves = finest(&self.chosen);
         let of_zoom = |zoom: &Zoom| Zoom {
-            leaves: leaves(zoom.zoom).count(),
+            leaves: tiles_of(&leaves, zoom.zoom).count(),
             leaf_error: if zoom.zoom == max_zoom {
                 zoom.finest_error
             } else {
                 zoom.leaf_error
             },
-            available: rectangles(&self.chosen, zoom.zoom),
+            available: rows_of(tiles_of(&self.chosen, zoom.zoom)),
             ..zoom.clone()
         };
         let zooms = whole.zooms.iter().filter(|zoom| zoom.zoom <= max_zoom);
@@ -314,15 +309,6 @@ impl<'a> Pack<'a> {
     }
 }
 
-/// The tiles of a zoom as rectangles of one row each.
-fn rectangles(chosen: &BTreeSet<TileAddress>, zoom: u8) -> Vec<[u32; 4]> {
-    let mut rows: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for address in chosen.iter().filter(|address| address.zoom == zoom) {
-        rows.entry(address.y).or_default().push(address.x);
-    }
-    let runs = |(y, columns): (u32, Vec<u32>)| {
-        let runs = columns.chunk_by(|one, next| one + 1 == *next);
-        runs.map(|run| [run[0], y, run[run.len() - 1], y]).collect::<Vec<_>>()
-    };
-    rows.into_iter().flat_map(runs).collect()
+fn tiles_of(tiles: &BTreeSet<TileAddress>, zoom: u8) -> impl Iterator<Item = TileAddress> {
+    tiles.iter().copied().filter(move |tile| tile.zoom == zoom)
 }

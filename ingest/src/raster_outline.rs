@@ -201,6 +201,20 @@ pub(crate) fn crossing([from, to]: [[i64; 2]; 2], axis: usize, line: i64) -> Opt
     Some(from[along] + (2 * way + length).div_euclid(2 * length) as i64)
 }
 
+/// The place on `line` of the axis numbered `axis` that is at `along` on the other one.
+pub(crate) fn on_line(axis: usize, line: i64, along: i64) -> [i64; 2] {
+    if axis == 0 { [line, along] } else { [along, line] }
+}
+
+/// The ends of a step and places that it passes, in order, each once.
+pub(crate) fn with_passed([from, to]: [[i64; 2]; 2], passed: impl Iterator<Item = [i64; 2]>) -> Vec<[i64; 2]> {
+    let mut points: Vec<[i64; 2]> = [from, to].into_iter().chain(passed).collect();
+    let product = |at: &[i64; 2], axis: usize| i128::from(at[axis] - from[axis]) * i128::from(to[axis] - from[axis]);
+    points.sort_by_key(|at| product(at, 0) + product(at, 1));
+    points.dedup();
+    points
+}
+
 /// Whether a point beside the line `across = 0` is on the surface that `steps` bound, given in (across, along): to the
 /// positive or the negative side, next to the line at `along`. None where no step is across from it up to `reach`.
 pub(crate) fn is_bounded(steps: &[[[i64; 2]; 2]], along: f64, positive: bool, reach: f64) -> Option<bool> {

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use terrain_core::height_field::snapping::Place;
 
 use crate::lattice::STRIP;
-use crate::raster_outline::crossing;
+use crate::raster_outline::{crossing, on_line, with_passed};
 
 /// The edges that a step between two places becomes; sides are at multiples of `extent`.
 pub(crate) fn out_of_strips(step: [Place; 2], extent: i64) -> Vec<[Place; 2]> {
@@ -41,20 +41,15 @@ fn go_over(way: &mut Vec<Place>, to: Place) {
 }
 
 /// The ends of a step and where it passes inner lines of strips, in order.
-fn cut([from, to]: [Place; 2], extent: i64) -> Vec<Place> {
-    let mut points = vec![from, to];
-    for axis in [0, 1] {
+fn cut(step: [Place; 2], extent: i64) -> Vec<Place> {
+    let [from, to] = step;
+    let passed = [0, 1].into_iter().flat_map(|axis| {
         let (low, high) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
         let sides = (low - STRIP).div_euclid(extent)..=(high + STRIP).div_euclid(extent) + 1;
-        for line in sides.flat_map(|side| [side * extent - STRIP, side * extent + STRIP]) {
-            let along = crossing([from, to], axis, line);
-            points.extend(along.map(|along| if axis == 0 { [line, along] } else { [along, line] }));
-        }
-    }
-    let product = |at: &Place, axis: usize| i128::from(at[axis] - from[axis]) * i128::from(to[axis] - from[axis]);
-    points.sort_by_key(|at| product(at, 0) + product(at, 1));
-    points.dedup();
-    points
+        let lines = sides.flat_map(move |side| [side * extent - STRIP, side * extent + STRIP]);
+        lines.filter_map(move |line| Some(on_line(axis, line, crossing(step, axis, line)?)))
+    });
+    with_passed(step, passed)
 }
 
 /// A coordinate of a piece's end; where the piece is in a strip, that of the side.

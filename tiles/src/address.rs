@@ -1,5 +1,6 @@
 //! Tile addresses of the default scheme: WGS84 geographic, two root tiles, rows counted from the south (TMS).
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// Largest zoom: lattice coordinates of the whole Earth then still fit exactly in the integers of an `f64`.
@@ -109,6 +110,26 @@ impl fmt::Display for TileAddress {
 pub fn standing_for(address: TileAddress, is_there: impl Fn(TileAddress) -> bool) -> Option<TileAddress> {
     let and_above = std::iter::successors(Some(address), |address| address.parent());
     let nearest = and_above.into_iter().find(|&address| is_there(address))?;
-    let is_leaf = || !nearest.children().into_iter().any(&is_there);
-    (nearest == address || is_leaf()).then_some(nearest)
+    (nearest == address || is_leaf(nearest, is_there)).then_some(nearest)
+}
+
+/// Whether a tile is a leaf: none of those that are there is below it.
+#[must_use]
+pub fn is_leaf(address: TileAddress, is_there: impl Fn(TileAddress) -> bool) -> bool {
+    !address.children().into_iter().any(is_there)
+}
+
+/// Rectangles of one row each (first x, y, last x, y) that tiles of one zoom fill exactly, from the south.
+#[must_use]
+pub fn rows_of(tiles: impl Iterator<Item = TileAddress>) -> Vec<[u32; 4]> {
+    let mut rows: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    for tile in tiles {
+        rows.entry(tile.y).or_default().insert(tile.x);
+    }
+    let runs = |(y, columns): (u32, BTreeSet<u32>)| {
+        let columns: Vec<u32> = columns.into_iter().collect();
+        let runs = columns.chunk_by(|one, next| one + 1 == *next);
+        runs.map(|run| [run[0], y, run[run.len() - 1], y]).collect::<Vec<_>>()
+    };
+    rows.into_iter().flat_map(runs).collect()
 }

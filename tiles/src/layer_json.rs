@@ -1,11 +1,11 @@
 //! `layer.json`: how CesiumJS and its kin learn what quantized-mesh tiles a server has. TileJSON 2.1 with the keys that
 //! the format's readers look for.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 
 use serde::Serialize;
 
-use crate::address::{TileAddress, standing_for};
+use crate::address::{TileAddress, rows_of, standing_for};
 use crate::metadata::Metadata;
 
 /// The document, ready for JSON.
@@ -64,6 +64,7 @@ impl LayerJson {
     /// of every tile's address, so that caches may keep tiles as long as they like.
     #[must_use]
     pub fn new(name: &str, version: &str, metadata: &Metadata) -> Self {
+        let uneven = tiles_of_uneven_depth(metadata);
         Self {
             tilejson: "2.1.0",
             name: name.to_owned(),
@@ -78,7 +79,9 @@ impl LayerJson {
             extensions: extensions(metadata),
             attribution: metadata.source.attribution(),
             vertical: vertical(metadata),
-            available: (0..=metadata.max_zoom).map(|zoom| available(metadata, zoom)).collect(),
+            available: (0..=metadata.max_zoom)
+                .map(|zoom| available(metadata, uneven.as_ref(), zoom))
+                .collect(),
         }
     }
 }
@@ -90,15 +93,15 @@ fn extensions(metadata: &Metadata) -> Vec<&'static str> {
 }
 
 /// Both roots always exist, since every client starts from both: the one without data is the bare ellipsoid.
-fn available(metadata: &Metadata, zoom: u8) -> Vec<Range> {
+fn available(metadata: &Metadata, uneven: Option<&HashSet<TileAddress>>, zoom: u8) -> Vec<Range> {
     if zoom == 0 {
         return vec![Range::from([0, 0, 1, 0])];
     }
     let rectangles = rectangles(metadata, zoom).flat_map(|&rectangle| with_tiles_beside(zoom, rectangle));
-    if metadata.has_leaves_above() {
-        return without_those_below_leaves(metadata, zoom, rectangles);
+    match uneven {
+        Some(there) => without_those_below_leaves(there, zoom, rectangles),
+        None => rectangles.map(Range::from).collect(),
     }
-    rectangles.map(Range::from).collect()
 }
 
 fn rectangles(metadata: &Metadata, zoom: u8) -> impl Iterator<Item = &[u32; 4]> {
@@ -111,24 +114,27 @@ fn tiles_in(zoom: u8, [start_x, start_y, end_x, end_y]: [u32; 4]) -> impl Iterat
     (start_y..=end_y).flat_map(row)
 }
 
+/// All tiles of an archive that has leaves above its last zoom.
+fn tiles_of_uneven_depth(metadata: &Metadata) -> Option<HashSet<TileAddress>> {
+    let of_zoom = |zoom| rectangles(metadata, zoom).flat_map(move |&rectangle| tiles_in(zoom, rectangle));
+    let all = || (0..=metadata.max_zoom).flat_map(of_zoom).collect();
+    metadata.has_leaves_above().then(all)
+}
+
 /// What is beside data of some zoom is no bare ground where a leaf of a zoom above is: clients go on with that.
-fn without_those_below_leaves(metadata: &Metadata, zoom: u8, wanted: impl Iterator<Item = [u32; 4]>) -> Vec<Range> {
-    let there: HashSet<TileAddress> = (0..=metadata.max_zoom)
-        .flat_map(|zoom| rectangles(metadata, zoom).flat_map(move |&rectangle| tiles_in(zoom, rectangle)))
-        .collect();
+fn without_those_below_leaves(
+    there: &HashSet<TileAddress>,
+    zoom: u8,
+    wanted: impl Iterator<Item = [u32; 4]>,
+) -> Vec<Range> {
     let is_offered = |&address: &TileAddress| {
         let standing = standing_for(address, |address| there.contains(&address));
         standing.is_none_or(|standing| standing == address)
     };
-    let offered: BTreeSet<(u32, u32)> = wanted
+    let offered = wanted
         .flat_map(|rectangle| tiles_in(zoom, rectangle))
-        .filter(is_offered)
-        .map(|address| (address.y, address.x))
-        .collect();
-    let offered: Vec<(u32, u32)> = offered.into_iter().collect();
-    let runs = offered.chunk_by(|one, next| one.0 == next.0 && one.1 + 1 == next.1);
-    runs.map(|run| Range::from([run[0].1, run[0].0, run[run.len() - 1].1, run[0].0]))
-        .collect()
+        .filter(is_offered);
+    rows_of(offered).into_iter().map(Range::from).collect()
 }
 
 /// A rectangle of tiles and those around it: what lies beside the data has to meet them where they end at a tile's side. Columns go on

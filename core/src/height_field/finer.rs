@@ -75,23 +75,15 @@ impl Finer<'_> {
         tolerance: f64,
     ) -> Option<(f64, DVec2)> {
         let corners = corners.map(|corner| self.whole_point(corner));
-        let curvature = self.curvature_of(curvature);
-        let flat = Flat::through(corners, curvature)?;
-        let point = self.beyond_triangle(corners, curvature, tolerance * (1.0 + ROUNDING))?;
-        let size = (point.height - flat.height(point.at)).abs();
+        let (size, point) =
+            self.beyond_triangle(corners, self.curvature_of(curvature), tolerance * (1.0 + ROUNDING))?;
         Some((size, self.in_window(point.at)))
     }
 
     /// The place along an edge that is furthest from the surface, if that is by more than the tolerance.
     pub(crate) fn worst_along(&self, ends: [GridPoint; 2], curvature: DVec2, tolerance: f64) -> Option<(f64, DVec2)> {
         let [from, to] = ends.map(|end| self.whole_point(end));
-        let curvature = self.curvature_of(curvature);
-        let point = self.beyond_edge(from, to, curvature, tolerance * (1.0 + ROUNDING))?;
-        let way = to.grid - from.grid;
-        let share = (point.at - from.grid).dot(way) / way.length_squared();
-        let hanging = curvature.dot(way * way) * share * (1.0 - share);
-        let straight = from.height + share * (to.height - from.height);
-        let size = (point.height + hanging - straight).abs();
+        let (size, point) = self.beyond_edge(from, to, self.curvature_of(curvature), tolerance * (1.0 + ROUNDING))?;
         Some((size, self.in_window(point.at)))
     }
 
@@ -130,7 +122,7 @@ impl Finer<'_> {
             let corners = [centre, self.whole_point(from), self.whole_point(to)];
             self.beyond_triangle(corners, curvature, limit)
         });
-        found.map(|point| self.place_in_window(point))
+        found.map(|(_, point)| self.place_in_window(point))
     }
 
     /// The same along one of the edges from the fan's centre.
@@ -139,11 +131,11 @@ impl Finer<'_> {
         let centre = self.whole_point(fan.centre);
         let mut ends = fan.ring.iter();
         let found = ends.find_map(|&end| self.beyond_edge(centre, self.whole_point(end), curvature, limit));
-        found.map(|point| self.place_in_window(point))
+        found.map(|(_, point)| self.place_in_window(point))
     }
 
-    /// The sample under a triangle that is furthest from it.
-    fn beyond_triangle(&self, corners: [GridPoint; 3], curvature: DVec2, limit: f64) -> Option<SurfacePoint> {
+    /// The sample under a triangle that is furthest from it, after by how much.
+    fn beyond_triangle(&self, corners: [GridPoint; 3], curvature: DVec2, limit: f64) -> Option<(f64, SurfacePoint)> {
         let flat = Flat::through(corners, curvature)?;
         let worst = Worst::new(limit);
         let mut found = None;
@@ -165,11 +157,11 @@ impl Finer<'_> {
                     found = Some(SurfacePoint { at, height });
                 }
             });
-        found
+        found.map(|point| (worst.get(), point))
     }
 
-    /// The place along an edge that is furthest from the surface.
-    fn beyond_edge(&self, a: GridPoint, b: GridPoint, curvature: DVec2, limit: f64) -> Option<SurfacePoint> {
+    /// The place along an edge that is furthest from the surface, after by how much.
+    fn beyond_edge(&self, a: GridPoint, b: GridPoint, curvature: DVec2, limit: f64) -> Option<(f64, SurfacePoint)> {
         let direction = b.grid - a.grid;
         let hang = curvature.dot(direction * direction);
         let hanging = |t: f64| hang * t * (1.0 - t);
@@ -204,6 +196,6 @@ impl Finer<'_> {
                 found = Some(SurfacePoint { at: at(t), height });
             }
         });
-        found
+        found.map(|point| (worst.get(), point))
     }
 }

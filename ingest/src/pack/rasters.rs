@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde_json::json;
-use terrain_tiles::address::TileAddress;
+use terrain_tiles::address::{TileAddress, is_leaf};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::raster_dem::image::Format;
 use terrain_tiles::raster_dem::{RasterForm, mercator};
@@ -65,7 +65,7 @@ pub(super) fn write(archive: &Reader, form: RasterForm, choice: &Choice, output:
 fn tiles(archive: &Reader, form: RasterForm, choice: &Choice, finest: u8) -> BTreeSet<SquareTile> {
     let metadata = archive.metadata();
     let there = choice.tiles(archive);
-    let is_leaf = &|address: TileAddress| !address.children().iter().any(|child| there.contains(child));
+    let is_leaf = &|address: TileAddress| is_leaf(address, |child| there.contains(&child));
     let of_zoom = |zoom| {
         let surface = form.surface_zoom(metadata, zoom);
         let stands =

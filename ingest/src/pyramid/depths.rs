@@ -63,6 +63,11 @@ impl Depths {
         std::iter::successors(square.parent(), |above| above.parent()).all(|above| !self.is_leaf(above))
     }
 
+    /// West, south, east, north of each raster, degrees.
+    pub(crate) fn bounds(&self) -> impl Iterator<Item = [f64; 4]> {
+        self.rasters.iter().map(|raster| raster.bounds)
+    }
+
     /// All that the squares with children in and below one depend on.
     pub(crate) fn fingerprint(&self, square: Square) -> String {
         format!("{:?}", self.deeper_near(square).collect::<Vec<_>>())

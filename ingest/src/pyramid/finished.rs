@@ -1,12 +1,12 @@
 //! Finished tiles: where they are, and how they become an archive.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use terrain_tiles::address::TileAddress;
+use terrain_tiles::address::{TileAddress, rows_of};
 use terrain_tiles::archive::{Reader, Writer};
 use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spt::{self, Head};
@@ -275,27 +275,14 @@ impl Summary {
 
 /// Rectangles (first x, first y, last x, last y) that the addresses of one zoom fill exactly.
 fn rectangles(addresses: impl Iterator<Item = TileAddress>) -> Vec<[u32; 4]> {
-    let mut rows: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-    for address in addresses {
-        rows.entry(address.y).or_default().insert(address.x);
-    }
     let mut found: Vec<[u32; 4]> = Vec::new();
-    for (y, columns) in rows {
-        let mut runs: Vec<[u32; 2]> = Vec::new();
-        for x in columns {
-            match runs.last_mut() {
-                Some(run) if run[1] + 1 == x => run[1] = x,
-                _ => runs.push([x, x]),
-            }
-        }
-        for [first, last] in runs {
-            let above = found
-                .iter_mut()
-                .find(|r| r[0] == first && r[2] == last && r[3] + 1 == y);
-            match above {
-                Some(rectangle) => rectangle[3] = y,
-                None => found.push([first, y, last, y]),
-            }
+    for [first, y, last, _] in rows_of(addresses) {
+        let above = found
+            .iter_mut()
+            .find(|r| r[0] == first && r[2] == last && r[3] + 1 == y);
+        match above {
+            Some(rectangle) => rectangle[3] = y,
+            None => found.push([first, y, last, y]),
         }
     }
     found

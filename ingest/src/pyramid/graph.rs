@@ -147,19 +147,8 @@ impl<'a> Graph<'a> {
         let raster = RecordedRaster::new(recipe.raster.clone(), progress.clone())?;
         let seen = Seen::new(&raster);
         let seen = seen.raster();
-        let georeference = seen.georeference();
-        let rectangles: Vec<[f64; 4]> = seen
-            .extents()
-            .into_iter()
-            .map(|[columns, rows]| {
-                let first = [columns.start as i64, rows.start as i64];
-                georeference
-                    .window(first, columns.len(), rows.len())
-                    .geographic_bounds()
-            })
-            .collect();
         let relief = chunks_over_files(seen, RELIEF_LEVEL);
-        let subtrees = plan::subtrees(seen, &options, &rectangles);
+        let subtrees = plan::subtrees(seen, &options);
         let bands = Intake::new(seen, &store).bands().len();
         Ok(Self {
             relief,

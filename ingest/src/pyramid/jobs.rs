@@ -329,7 +329,7 @@ impl<'a> Jobs<'a> {
         if self.plan.height(square) == 0 {
             return self.leaf_of_samples(square, cells);
         }
-        if self.is_whole(square, &cells)? {
+        if self.is_whole(&cells)? {
             let curves = self.curves_around(square)?;
             let sides = curves.each_ref().map(|curve| curve.as_ref());
             return self.over_blocks(square, cells, |reference, certifier| {
@@ -351,18 +351,14 @@ impl<'a> Jobs<'a> {
         self.parent(square, cells, &children).map(Some)
     }
 
-    /// Whether all samples under a square and just beside it have heights, so that no outline is there, nor a breakline.
-    fn is_whole(&self, square: Square, [columns, rows]: &[Range<usize>; 2]) -> Result<bool> {
+    /// Whether all samples of a rectangle have heights, so that no outline is there, nor a breakline.
+    fn is_whole(&self, [columns, rows]: &[Range<usize>; 2]) -> Result<bool> {
         if !self.bytes_of_breaklines(&[columns.clone(), rows.clone()]).is_empty() {
             return Ok(false);
         }
         let size = self.raster.size();
         let reaches_an_end = |range: &Range<usize>, size: usize| range.start == 0 || range.end == size;
         if reaches_an_end(columns, size[0]) || reaches_an_end(rows, size[1]) {
-            return Ok(false);
-        }
-        let height = self.plan.height(square).min(self.raster.top());
-        if self.raster.chunks_over(height, columns, rows).is_empty() {
             return Ok(false);
         }
         for first in rows.clone().step_by(CHUNK) {

@@ -144,14 +144,13 @@ impl Plan {
     }
 }
 
-/// The squares in which subtrees may begin that are finished as one piece, of a raster as it is seen, whose samples are in such
-/// rectangles of longitudes and latitudes. No sample need be read for it.
-pub(crate) fn subtrees(raster: &dyn Raster, options: &Options, rectangles: &[[f64; 4]]) -> Vec<Square> {
+/// The squares in which subtrees may begin that are finished as one piece, of a raster as it is seen. No sample need be read for it.
+pub(crate) fn subtrees(raster: &dyn Raster, options: &Options) -> Vec<Square> {
     let (cell, max_error) = cell_and_error(raster.georeference(), raster.size(), options);
     let leaf_zoom = leaf_zoom(cell, max_error);
     let zoom = subtree_zoom(leaf_zoom, options.leaves_of_subtree);
     let depths = depths(raster, leaf_zoom, cell, max_error);
-    let squares = rectangles.iter().flat_map(|&rectangle| squares_over(rectangle, zoom));
+    let squares = depths.bounds().flat_map(|bounds| squares_over(bounds, zoom));
     let reached = squares.filter(|&square| depths.is_reached(square));
     reached.collect::<BTreeSet<Square>>().into_iter().collect()
 }
