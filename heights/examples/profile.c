@@ -28,6 +28,7 @@ int main(int count, char **arguments) {
         TerrainGround ground;
         switch (terrain_heights_at(heights, longitude, latitude, 255, &ground)) {
         case TERRAIN_STATUS_MEASURED:
+        case TERRAIN_STATUS_FILLED: /* its error is not a number */
             printf("%.9f %.9f %.4f %.4f %.6f %.6f %.6f\n", longitude, latitude, ground.height, ground.error,
                    ground.normal[0], ground.normal[1], ground.normal[2]);
             break;

@@ -21,7 +21,7 @@ def main() -> None:
     print(f"metres above {heights.above}")
     for place in range(count):
         at = f"{longitudes[place]:.9f} {latitudes[place]:.9f}"
-        if grounds.status[place] == terrain_heights.MEASURED:
+        if grounds.status[place] in (terrain_heights.MEASURED, terrain_heights.FILLED):
             normal = " ".join(f"{part:.6f}" for part in grounds.normal[place])
             print(f"{at} {grounds.height[place]:.4f} {grounds.error[place]:.4f} {normal}")
         else:

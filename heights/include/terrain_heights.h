@@ -19,6 +19,8 @@ typedef enum TerrainStatus {
   TERRAIN_STATUS_OUTSIDE = 2,
   // The archive cannot be read there.
   TERRAIN_STATUS_FAILED = 3,
+  // Ground, but not measured: a void of the source was filled there. The answer is set; its error is not a number.
+  TERRAIN_STATUS_FILLED = 4,
 } TerrainStatus;
 
 // An open archive.

@@ -7,11 +7,13 @@ import numpy
 from numpy.typing import NDArray
 
 MEASURED: int
-"""There is ground."""
+"""There is ground, and its error is certified."""
 VOID: int
 """Within the archive's bounds, but its source has no samples there."""
 OUTSIDE: int
 """Out of the archive's bounds, or no place on the Earth."""
+FILLED: int
+"""There is ground, but it was not measured: a void of the source was filled there."""
 
 @final
 class Ground:
@@ -21,7 +23,7 @@ class Ground:
     height: float
     """Metres above what `Heights.above` says."""
     error: float
-    """Metres along the vertical that the source may be from that, certified."""
+    """Metres along the vertical that the source may be from that, certified; NaN where it was not measured."""
     normal: tuple[float, float, float]
     """Unit normal of the surface: east, north, up."""
 

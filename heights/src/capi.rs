@@ -7,6 +7,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::ptr;
 
+use terrain_tiles::ground::Point;
+
 use crate::heights::{Heights, Place};
 
 /// An open archive.
@@ -28,6 +30,8 @@ pub enum TerrainStatus {
     Outside = 2,
     /// The archive cannot be read there.
     Failed = 3,
+    /// Ground, but not measured: a void of the source was filled there. The answer is set; its error is not a number.
+    Filled = 4,
 }
 
 /// The ground at a place.
@@ -40,6 +44,16 @@ pub struct TerrainGround {
     pub error: f64,
     /// Unit normal of the surface: east, north, up.
     pub normal: [f64; 3],
+}
+
+impl TerrainGround {
+    fn at(point: Point, error: f64) -> Self {
+        Self {
+            height: point.height,
+            error,
+            normal: point.normal.to_array(),
+        }
+    }
 }
 
 /// Opens the archive at `path`. Decoded surfaces take `cache_bytes` of memory at most, besides those that are being asked. Gives NULL
@@ -132,14 +146,14 @@ pub unsafe extern "C" fn terrain_heights_at(
     let heights = unsafe { &(*heights).heights };
     match catch_unwind(AssertUnwindSafe(|| heights.at(longitude, latitude, zoom))) {
         Ok(Ok(Place::Measured(point, error))) => {
-            let found = TerrainGround {
-                height: point.height,
-                error,
-                normal: point.normal.to_array(),
-            };
             // SAFETY: the caller promises it.
-            unsafe { ground.write(found) };
+            unsafe { ground.write(TerrainGround::at(point, error)) };
             TerrainStatus::Measured
+        }
+        Ok(Ok(Place::Filled(point))) => {
+            // SAFETY: the caller promises it.
+            unsafe { ground.write(TerrainGround::at(point, f64::NAN)) };
+            TerrainStatus::Filled
         }
         Ok(Ok(Place::Void)) => TerrainStatus::Void,
         Ok(Ok(Place::Outside)) => TerrainStatus::Outside,

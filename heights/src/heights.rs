@@ -29,6 +29,8 @@ pub enum HeightsError {
 pub enum Place {
     /// The surface, and how far the source may be from it there along the vertical, certified, metres.
     Measured(Point, f64),
+    /// The surface where its source has a void, which was filled from its rim: no error is certified.
+    Filled(Point),
     /// Within the archive's bounds, but its source has no samples there.
     Void,
     /// Out of the archive's bounds.
@@ -88,10 +90,17 @@ impl Heights {
         let longitude = (longitude + 180.0).rem_euclid(360.0) - 180.0;
         let address = tile_at(zoom.min(self.finest_zoom()), longitude, latitude);
         let place = ground::Place { longitude, latitude };
-        let ask = |ground: &Ground| Some((ground.point(longitude, latitude)?, ground.error()));
+        let ask = |ground: &Ground| {
+            let point = ground.point(longitude, latitude)?;
+            Some(if ground.is_filled(longitude, latitude) {
+                Place::Filled(point)
+            } else {
+                Place::Measured(point, ground.error())
+            })
+        };
         let found = answer(address, place, |address| self.ground(address), ask)?;
         Ok(match found {
-            Some((point, error)) => Place::Measured(point, error),
+            Some(place) => place,
             None if self.archive.metadata().covers(longitude, latitude) => Place::Void,
             None => Place::Outside,
         })

@@ -10,3 +10,4 @@ mod heights;
 
 pub use capi::*;
 pub use heights::{Heights, HeightsError, Place};
+pub use terrain_tiles::ground::Point;

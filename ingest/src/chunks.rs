@@ -77,7 +77,7 @@ pub(crate) struct ChunkedRaster {
     /// Of level 0 by content, of the others by all samples under them. What has no height is missing.
     names: BTreeMap<ChunkId, Name>,
     top_level: u8,
-    samples: Cache<ChunkId, Arc<Vec<f32>>>,
+    samples: Cache<ChunkId, Arc<ChunkSamples>>,
     relief: Cache<ChunkId, Arc<Chunk>>,
     /// The first chunk that could not be read while nobody could be told.
     fault: OnceLock<String>,
@@ -101,7 +101,7 @@ impl ChunkedRaster {
             top_level,
             fault: OnceLock::new(),
             samples: Cache::builder()
-                .weigher(|_, samples: &Arc<Vec<f32>>| (4 * samples.len()) as u32)
+                .weigher(|_, samples: &Arc<ChunkSamples>| (4 * (samples.heights.len() + samples.filled.len())) as u32)
                 .max_capacity(cache(memory / 2))
                 .build(),
             relief: Cache::builder()
@@ -307,13 +307,13 @@ impl ChunkedRaster {
             let Some(part) = self.samples_of(part)? else { continue };
             for row in 0..rows {
                 let to = (top + row) * CORNERS + left;
-                samples[to..to + columns].copy_from_slice(&part[row * CHUNK..row * CHUNK + columns]);
+                samples[to..to + columns].copy_from_slice(&part.heights[row * CHUNK..row * CHUNK + columns]);
             }
         }
         Ok(samples)
     }
 
-    fn samples_of(&self, id: ChunkId) -> Result<Option<Arc<Vec<f32>>>> {
+    fn samples_of(&self, id: ChunkId) -> Result<Option<Arc<ChunkSamples>>> {
         let Some(&name) = self.names.get(&id) else {
             return Ok(None);
         };
@@ -321,10 +321,31 @@ impl ChunkedRaster {
             return Ok(Some(samples));
         }
         let key = samples_key(id, name);
-        let samples = Arc::new(from_bytes(&self.store.expect(&key)?));
-        ensure!(samples.len() == CHUNK * CHUNK, "{key} is damaged");
+        let samples = ChunkSamples::from_bytes(&self.store.expect(&key)?);
+        let samples = Arc::new(samples.with_context(|| format!("{key} is damaged"))?);
         self.samples.insert(id, Arc::clone(&samples));
         Ok(Some(samples))
+    }
+
+    /// Columns and rows of the samples among these that were not measured: voids that were filled.
+    ///
+    /// # Errors
+    /// When the store cannot be read.
+    pub(crate) fn filled_in(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<[usize; 2]>> {
+        let mut found = Vec::new();
+        for (id, _) in self.chunks_over(0, &columns, &rows) {
+            let Some(samples) = self.samples_of(id)? else { continue };
+            let first = [id.x, id.y].map(|chunk| chunk as usize * CHUNK);
+            for &index in &samples.filled {
+                let on_lattice = [first[0] + index as usize % CHUNK, first[1] + index as usize / CHUNK];
+                // Samples of a chunk may be before the first that is counted.
+                let [column, row] = [0, 1].map(|axis| on_lattice[axis].wrapping_sub(self.corner[axis]));
+                if columns.contains(&column) && rows.contains(&row) {
+                    found.push([column, row]);
+                }
+            }
+        }
+        Ok(found)
     }
 
     /// Chunks of a level over a rectangle of the raster's cells, by row, those without a height left out.
@@ -356,15 +377,48 @@ impl Samples for ChunkedRaster {
             for row in overlap(id.y as usize, top, &rows) {
                 let from = (top + row - id.y as usize * CHUNK) * CHUNK + left + across.start - id.x as usize * CHUNK;
                 let to = (row - rows.start) * columns.len() + across.start - columns.start;
-                window.heights[to..to + across.len()].copy_from_slice(&samples[from..from + across.len()]);
+                window.heights[to..to + across.len()].copy_from_slice(&samples.heights[from..from + across.len()]);
             }
         }
         Ok(window)
     }
 
+    fn filled(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Option<Vec<[usize; 2]>>> {
+        self.filled_in(columns, rows).map(Some)
+    }
+
     fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool {
         !self.chunks_over(0, &columns, &rows).is_empty()
     }
+}
+
+/// The samples of a chunk.
+struct ChunkSamples {
+    /// Row by row, metres; NaN where void.
+    heights: Vec<f32>,
+    /// Indices of those that were not measured: voids that were filled.
+    filled: Vec<u32>,
+}
+
+impl ChunkSamples {
+    /// None where these are not the bytes of a chunk.
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (heights, filled) = bytes.split_at_checked(4 * CHUNK * CHUNK)?;
+        let (filled, rest) = filled.as_chunks();
+        let filled: Vec<u32> = filled.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
+        let is_sound = rest.is_empty() && filled.iter().all(|&index| (index as usize) < CHUNK * CHUNK);
+        is_sound.then(|| Self {
+            heights: from_bytes(heights),
+            filled,
+        })
+    }
+}
+
+/// What is stored of a chunk: heights, row by row, and indices of those that were not measured.
+pub(crate) fn samples_to_bytes(heights: &[f32], filled: &[usize]) -> Vec<u8> {
+    let mut bytes = to_bytes(heights);
+    bytes.extend(filled.iter().flat_map(|&index| (index as u32).to_le_bytes()));
+    bytes
 }
 
 pub(crate) fn samples_key(id: ChunkId, name: Name) -> String {

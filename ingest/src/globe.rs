@@ -181,6 +181,7 @@ impl<'a> Globe<'a> {
     fn read_rows(&self, columns: &Range<usize>, rows: &Range<usize>) -> Result<Rectangle, ReadError> {
         let mut whole = Rectangle {
             heights: vec![f32::NAN; columns.len() * rows.len()],
+            filled: Vec::new(),
             faults: vec![Faults::default(); self.raster.extents().len()],
         };
         let mut from = 0;
@@ -194,6 +195,8 @@ impl<'a> Globe<'a> {
                 for (row, heights) in part.heights.chunks_exact(there.len()).enumerate() {
                     fill(&mut whole.heights[row * columns.len() + from..], heights);
                 }
+                let in_whole = |index: usize| index / there.len() * columns.len() + from + index % there.len();
+                whole.filled.extend(part.filled.into_iter().map(in_whole));
                 if !is_twice {
                     whole
                         .faults
@@ -204,6 +207,7 @@ impl<'a> Globe<'a> {
             }
             from += piece.len();
         }
+        whole.filled.sort_unstable();
         Ok(whole)
     }
 
@@ -273,7 +277,11 @@ impl Raster for Globe<'_> {
                 faults[copy] = faults[copy].with(of_file);
             }
         }
-        Ok(Rectangle { heights, faults })
+        Ok(Rectangle {
+            heights,
+            filled: read.filled.into_iter().map(|index| index + from).collect(),
+            faults,
+        })
     }
 
     fn georeference(&self) -> &GeoReference {

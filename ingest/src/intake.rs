@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use terrain_core::height_field::relief::CHUNK;
 
-use crate::chunks::{self, ChunkId, chunks_under, overlap, samples_key, to_bytes, top_level};
+use crate::chunks::{self, ChunkId, chunks_under, overlap, samples_key, samples_to_bytes, top_level};
 use crate::progress::Progress;
 use crate::samples::{Extremes, Faults, Raster};
 use crate::store::{Name, Store};
@@ -176,16 +176,19 @@ impl<'a> Intake<'a> {
         let put = |id: ChunkId| -> Result<Option<(u32, u32, String)>> {
             let (x, y) = (id.x as usize, id.y as usize);
             let mut samples = vec![f32::NAN; CHUNK * CHUNK];
+            let mut filled = Vec::new();
             let columns = overlap(x, left, &band.columns);
             for row in overlap(y, top, &band.rows) {
                 let from = (row - band.rows.start) * band.columns.len() + columns.start - band.columns.start;
                 let to = (top + row - y * CHUNK) * CHUNK + left + columns.start - x * CHUNK;
                 samples[to..to + columns.len()].copy_from_slice(&rectangle.heights[from..from + columns.len()]);
+                let of_row = filled_among(&rectangle.filled, from..from + columns.len());
+                filled.extend(of_row.iter().map(|index| index - from + to));
             }
             if samples.iter().all(|sample| sample.is_nan()) {
                 return Ok(None);
             }
-            let bytes = to_bytes(&samples);
+            let bytes = samples_to_bytes(&samples, &filled);
             let name = Name::of([bytes.as_slice()]);
             self.store.put(&samples_key(id, name), bytes)?;
             Ok(Some((id.x, id.y, name.to_string())))
@@ -202,6 +205,12 @@ impl<'a> Intake<'a> {
             faults,
         })
     }
+}
+
+/// Those of the indices of filled samples, which are in order, that are in a range.
+fn filled_among(filled: &[usize], range: Range<usize>) -> &[usize] {
+    let [first, end] = [range.start, range.end].map(|index| filled.partition_point(|&filled| filled < index));
+    &filled[first..end]
 }
 
 /// Samples of a file in a band.

@@ -1,5 +1,6 @@
 //! From elevation rasters to an archive of progressive terrain tiles: reading, positions on the Earth, and the build.
 
+mod archive_tiles;
 mod border;
 mod breaklines;
 mod certify;

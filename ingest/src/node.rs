@@ -20,6 +20,7 @@ use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{Geodetic, on_ellipsoid};
+use terrain_tiles::filled::Filled;
 use terrain_tiles::formats::spt;
 use terrain_tiles::tile::{Detail, Lineage, Tile};
 
@@ -114,6 +115,7 @@ impl Build<'_> {
                 .into_iter()
                 .map(|edge| edge.map(place))
                 .collect(),
+            filled: Filled::default(),
         };
         let coarsest_measured = self.certify(square, &mut tile, sides, finest.error, tolerance);
         tile.lineage = Lineage {

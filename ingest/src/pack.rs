@@ -40,6 +40,7 @@ pub use self::difference::{Difference, apply};
 use self::folder::{Folder, sizes};
 pub use self::unusable::Unusable;
 use self::whole::write_whole;
+use crate::archive_tiles;
 
 /// What files a pack is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -234,7 +235,7 @@ impl<'a> Pack<'a> {
         self.with_ground().into_par_iter().try_for_each(|address| {
             let beside = stored::tiles_around(self.archive, address)?;
             let mut mesh = if self.archive.checksum(address).is_some() {
-                QuantizedMesh::from_tile(&stored::tile(self.archive, address)?, &beside, outside)
+                QuantizedMesh::from_tile(&archive_tiles::tile(self.archive, address)?, &beside, outside)
             } else {
                 QuantizedMesh::unmeasured(address, &beside, outside)
             };
@@ -253,7 +254,7 @@ impl<'a> Pack<'a> {
     fn three_d_tiles(self) -> anyhow::Result<Self> {
         self.chosen.par_iter().try_for_each(|&address| {
             let surface = TileSurface::measured(
-                &stored::tile(self.archive, address)?,
+                &archive_tiles::tile(self.archive, address)?,
                 &stored::tiles_around(self.archive, address)?,
             );
             let file = three_d_tiles::file(&surface, Packing::Plain, self.archive.metadata());
@@ -282,7 +283,10 @@ impl<'a> Pack<'a> {
         if !self.chosen.contains(&address) {
             return Ok(None);
         }
-        Ok(Some(Described::of_stored(&stored::bytes(self.archive, address)?)?))
+        Ok(Some(Described::of_stored(&archive_tiles::bytes(
+            self.archive,
+            address,
+        )?)?))
     }
 
     /// What the archive says of itself, of the chosen tiles alone.

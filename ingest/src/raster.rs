@@ -1,5 +1,6 @@
 //! Elevation rasters: opened together as one lattice of samples, and read by rectangles, in metres, voids as NaN.
 
+mod archive_file;
 mod between;
 mod breaklines;
 mod composition;
@@ -244,7 +245,7 @@ impl Rasters {
         let path = &self.files[0].layout().path;
         placement::check_size(path, columns, rows, self.limits.samples_in_memory)?;
         self.progress.stage("reading samples", (columns * rows) as u64);
-        let Rectangle { heights, faults } = self.read(0..columns, 0..rows)?;
+        let Rectangle { heights, faults, .. } = self.read(0..columns, 0..rows)?;
         self.progress.done();
         self.remark(Extremes::of(&heights), &faults)?;
         Ok(HeightGrid {
@@ -385,13 +386,18 @@ impl Raster for Rasters {
             faults[file] = Faults { wild, ..apart };
             composition.lay(file, &area);
         }
-        faults[self.mosaic.ranks[0]].filled = composition.fill([&asked[0], &asked[1]]);
+        let filled = composition.fill([&asked[0], &asked[1]]);
+        faults[self.mosaic.ranks[0]].filled = filled.len() as u64;
         let mut heights = composition.window(&asked[0], &asked[1]);
         let on_lattice = self.on_lattice(&asked);
         for lake in &self.lakes {
             lake.level_in([&on_lattice[0], &on_lattice[1]], &mut heights);
         }
-        Ok(Rectangle { heights, faults })
+        Ok(Rectangle {
+            heights,
+            filled,
+            faults,
+        })
     }
 
     fn georeference(&self) -> &GeoReference {

@@ -55,6 +55,8 @@ pub trait Raster: Sync {
 pub struct Rectangle {
     /// Metres, row by row; NaN where void.
     pub heights: Vec<f32>,
+    /// Indices, in order, of those that were not measured: voids that were filled.
+    pub filled: Vec<usize>,
     /// For each file what cannot be right in it.
     pub faults: Vec<Faults>,
 }
@@ -206,6 +208,12 @@ pub trait Samples: Sync {
     /// When they cannot be read.
     fn window(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Window>;
 
+    /// Columns and rows of the samples among these that were not measured: voids that were filled. None where that is not known.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    fn filled(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Option<Vec<[usize; 2]>>>;
+
     /// Whether some sample in these columns and rows may have a height, as far as that is known without reading them.
     fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool;
 }
@@ -234,6 +242,7 @@ impl Raster for HeightGrid {
     fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError> {
         Ok(Rectangle {
             heights: self.heights_in(&columns, &rows),
+            filled: Vec::new(),
             faults: vec![Faults::default()],
         })
     }
@@ -280,6 +289,10 @@ impl Samples for HeightGrid {
             rows: rows.len(),
             heights: self.heights_in(&columns, &rows),
         })
+    }
+
+    fn filled(&self, _columns: Range<usize>, _rows: Range<usize>) -> Result<Option<Vec<[usize; 2]>>> {
+        Ok(None)
     }
 
     fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool {

@@ -25,6 +25,7 @@ mod deviation;
 mod drawing;
 mod drawn;
 mod extent;
+mod filled;
 mod levels;
 mod mesh_file;
 mod mixes;
@@ -213,7 +214,13 @@ fn measure_tiles(measure: &Measure, progress: &Progress) -> Result<Found> {
                 let what = format!("holds the tile {}", tile.address);
                 Measured::broken(Violation::of_tile(what, address))
             }
-            Ok(tile) => measure.tile(&tile, spread)?,
+            Ok(tile) => {
+                let mut result = measure.tile(&tile, spread)?;
+                if tiles::is_leaf(exist, address) {
+                    result.violations.extend(filled::check_leaf(&measure.source, &tile)?);
+                }
+                result
+            }
             Err(what) => Measured::broken(Violation::of_tile(what, address)),
         };
         progress.advance(1);

@@ -90,9 +90,9 @@ struct Taken {
 struct Point {
     longitude: f64,
     latitude: f64,
-    /// Metres; null where nothing is measured.
+    /// Metres; null where there is no ground.
     height: Option<f64>,
-    /// By how many metres the source's surface may be higher or lower, certified.
+    /// By how many metres the source's surface may be higher or lower, certified; null where it was not measured.
     error: Option<f64>,
     status: Status,
     /// Which of the tilesets it is from, counted from 0.
@@ -213,8 +213,8 @@ async fn answer(
     let point = |(index, (place, (height, tileset))): (usize, (&Place, &(Height, usize)))| Point {
         longitude: place.longitude,
         latitude: place.latitude,
-        height: height.measured().map(to_millimetres),
-        error: height.measured().map(|_| height.error),
+        height: height.metres().map(to_millimetres),
+        error: height.error(),
         status: height.status,
         tileset: *tileset,
         distance: distances.as_ref().map(|distances| distances[index]),

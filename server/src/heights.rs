@@ -18,12 +18,14 @@ use crate::tileset::{TileError, Tileset};
 /// Decoded surfaces kept in memory, bytes.
 const GROUND_BYTES: u64 = 256 << 20;
 
-/// Whether there is ground at a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+/// Whether there is ground at a place; what is known best comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Status {
     /// The surface has a height there.
     Measured,
+    /// It has one, but its source has a void there, which was filled from its rim: no error is certified.
+    Filled,
     /// Within the archive's bounds, but its source has no samples there.
     Void,
     /// Out of the archive's bounds.
@@ -34,9 +36,10 @@ pub(crate) enum Status {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Height {
     pub(crate) status: Status,
-    /// Metres, where it is measured; and how far the source may be from it there, certified.
-    pub(crate) metres: f64,
-    pub(crate) error: f64,
+    /// Where there is ground.
+    metres: f64,
+    /// How far the source may be from it, certified, where it is measured.
+    error: f64,
 }
 
 /// Surfaces of tiles, ready to be asked.
@@ -71,8 +74,9 @@ impl Heights {
     pub(crate) fn at(&self, tileset: &Tileset, zoom: u8, places: &[Place]) -> Result<Vec<Height>, TileError> {
         let ask = |ground: &Ground, place: Place| {
             let metres = ground.height(place.longitude, place.latitude)?;
+            let is_filled = ground.is_filled(place.longitude, place.latitude);
             Some(Height {
-                status: Status::Measured,
+                status: if is_filled { Status::Filled } else { Status::Measured },
                 metres,
                 error: ground.error(),
             })
@@ -94,8 +98,13 @@ impl Height {
         }
     }
 
-    /// Metres, where it is measured.
-    pub(crate) fn measured(&self) -> Option<f64> {
-        (self.status == Status::Measured).then_some(self.metres)
+    /// Metres, where there is ground.
+    pub(crate) fn metres(&self) -> Option<f64> {
+        matches!(self.status, Status::Measured | Status::Filled).then_some(self.metres)
+    }
+
+    /// By how many metres the source may be higher or lower, certified, where it is measured.
+    pub(crate) fn error(&self) -> Option<f64> {
+        (self.status == Status::Measured).then_some(self.error)
     }
 }

@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use axum::http::{StatusCode, header};
+use glam::DVec2;
 use serde_json::Value;
 use service::{Service, address, metadata, tile};
 use terrain_tiles::archive::Writer;
@@ -43,6 +44,31 @@ async fn heights_have_their_error_and_tell_void_from_outside() {
         )
     };
     assert_eq!([told(0), told(1)], [("void", true), ("outside", true)]);
+}
+
+#[tokio::test]
+async fn ground_that_was_filled_has_a_height_but_no_error() {
+    let service = Service::new();
+    let square = address(1, 0, 0);
+    let mut filled = tile(square);
+    filled.filled.fill(DVec2::splat(0.25), DVec2::splat(0.251));
+    let path = service.folder.path().join("filled");
+    let mut writer = Writer::create(&path).unwrap();
+    for tile in [tile(address(0, 0, 0)), filled] {
+        writer.add(tile.address, &spt::encode(&tile).unwrap()).unwrap();
+    }
+    writer.finish(&metadata()).unwrap();
+    fs::copy(&path, service.archive()).unwrap();
+    // The file is found to be another one when it is read.
+    service.get("/square/2/5/3.spt").await;
+    let body = r#"{"points": [[-157.5, -67.5], [-112.5, -67.5]]}"#;
+    let reply = service.post("/square/height", body).await.json();
+    let told = |index: usize| {
+        let point = &reply["points"][index];
+        assert!((point["height"].as_f64().unwrap() - 500.0).abs() < 0.01, "{point}");
+        (point["status"].as_str().unwrap(), point["error"].as_f64())
+    };
+    assert_eq!([told(0), told(1)], [("filled", None), ("measured", Some(1.0))]);
 }
 
 #[tokio::test]

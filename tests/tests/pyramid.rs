@@ -13,13 +13,16 @@ use terrain_ingest::globe::Seen;
 use terrain_ingest::raster::Rasters;
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::StoredRaster;
-use terrain_ingest::verify::ArchiveReport;
+use terrain_ingest::verify::{ArchiveReport, Violation};
 use terrain_ingest::{GeoReference, HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::{Reader, Writer};
+use terrain_tiles::filled::Filled;
 use terrain_tiles::formats::LevelLimits;
 use terrain_tiles::formats::spt;
+use terrain_tiles::ground::{Ground, tile_at};
+use terrain_tiles::metadata::{Fill, Reading};
 use terrain_tiles::tile::Tile;
 
 const MAX_ERROR: f64 = 10.0;
@@ -32,11 +35,16 @@ struct Built {
 
 impl Built {
     fn new(files: &[PathBuf], max_error: f64) -> Self {
-        let grid = raster::read(files, &ReadOptions::default()).unwrap();
+        Self::reading(files, &Reading::default(), max_error)
+    }
+
+    fn reading(files: &[PathBuf], reading: &Reading, max_error: f64) -> Self {
+        let mut options = ReadOptions::default();
+        options.overrides.reading = reading.clone();
         let built = Self {
             folder: TempDir::new().unwrap(),
-            rasters: Rasters::open(files, &ReadOptions::default()).unwrap(),
-            grid,
+            rasters: Rasters::open(files, &options).unwrap(),
+            grid: raster::read(files, &options).unwrap(),
         };
         built.build("archive.pmtiles", max_error);
         built
@@ -298,6 +306,48 @@ fn a_country_is_no_deeper_than_its_cells_are_worth_around_a_site_in_it() {
     assert!(!report.holds());
 }
 
+/// Height of an archive's finest surface at degrees.
+fn height_at(reader: &Reader, [longitude, latitude]: [f64; 2]) -> Option<f64> {
+    let square = tile_at(reader.metadata().max_zoom, longitude, latitude);
+    let tile = tile(reader, reader.standing_for(square)?);
+    Ground::of(&tile).height(longitude, latitude)
+}
+
+#[test]
+fn an_archive_lies_under_a_site_as_its_own_rasters_would() {
+    let folder = TempDir::new().unwrap();
+    let [site, country] = site_and_country(folder.path());
+    let below = Built::new(std::slice::from_ref(&country), 1.0);
+    let archive = below.path("archive.pmtiles");
+    let reading = |underlay: &Path| Reading {
+        underlay: vec![underlay.display().to_string()],
+        around: Some(1200.0),
+        ..Reading::default()
+    };
+    let over_archive = Built::reading(std::slice::from_ref(&site), &reading(&archive), 1.0);
+    let report = over_archive.verified("archive.pmtiles");
+    assert!(report.holds(), "{report}");
+
+    let over_raster = Built::reading(&[site], &reading(&country), 1.0);
+    let [under, one, other] =
+        [&below, &over_archive, &over_raster].map(|built| Reader::open(&built.path("archive.pmtiles")).unwrap());
+    // Beside the site: what the archive claims, and what both are made with.
+    let most = under.metadata().finest_error(under.metadata().max_zoom) + 2.0;
+    let mut found = 0;
+    for step in 0..40 {
+        let place = [8.0371 - 0.009 + 0.0002 * f64::from(step), 46.045];
+        if let [Some(one), Some(other)] = [&one, &other].map(|reader| height_at(reader, place)) {
+            found += 1;
+            assert!((one - other).abs() < most, "{place:?}: {one} {other}");
+        }
+    }
+    assert!(found > 20, "{found} places");
+    // In the site, what is below does not count.
+    let place = [8.0421, 46.0492];
+    let [one, other] = [&one, &other].map(|reader| height_at(reader, place).unwrap());
+    assert!((one - other).abs() < 2.0, "{one} {other}");
+}
+
 #[test]
 fn a_thousand_voids_are_gone_where_levels_err_by_more_and_that_is_claimed() {
     let folder = TempDir::new().unwrap();
@@ -325,6 +375,73 @@ fn a_thousand_voids_are_gone_where_levels_err_by_more_and_that_is_claimed() {
         violations.any(|violation| violation.tile == Some(changed.to_string()) && violation.what.contains(what))
     };
     assert!(of_tile("the mesh ends where the source does not"), "{report}");
+}
+
+#[test]
+fn ground_that_was_filled_is_told_apart_from_what_was_measured() {
+    let folder = TempDir::new().unwrap();
+    let path = raster_with_voids(folder.path());
+    let voids: Vec<[f64; 2]> = {
+        let grid = raster::read(std::slice::from_ref(&path), &ReadOptions::default()).unwrap();
+        let void = (0..grid.heights.len()).filter(|&index| grid.heights[index].is_nan());
+        void.map(|index| {
+            let sample = DVec2::new((index % grid.columns) as f64, (index / grid.columns) as f64);
+            grid.georeference.geographic(sample).to_array()
+        })
+        .collect()
+    };
+    let reading = Reading {
+        fill: Some(Fill { widest: None }),
+        ..Reading::default()
+    };
+    let built = Built::reading(&[path], &reading, 5.0);
+    let verified = |name: &str| {
+        let work = TempDir::new().unwrap();
+        let store = Store::open(&work.path().display().to_string()).unwrap();
+        let stored = StoredRaster::take(&built.rasters, &store, 64 << 20, &Progress::silent()).unwrap();
+        verify::archive(&built.path(name), stored.source(), 64 << 20, &Progress::silent()).unwrap()
+    };
+    let report = verified("archive.pmtiles");
+    assert!(report.holds(), "{report}");
+
+    let reader = Reader::open(&built.path("archive.pmtiles")).unwrap();
+    let ground = |zoom: u8, [longitude, latitude]: [f64; 2]| {
+        let square = tile_at(zoom, longitude, latitude);
+        Ground::of(&tile(&reader, reader.standing_for(square).unwrap()))
+    };
+    let finest = reader.metadata().max_zoom;
+    for &[longitude, latitude] in voids.iter().step_by(20) {
+        for zoom in [finest, finest - 2] {
+            assert!(ground(zoom, [longitude, latitude]).is_filled(longitude, latitude));
+        }
+    }
+    let is_near = |place: [f64; 2]| {
+        let apart = |void: &[f64; 2]| (void[0] - place[0]).abs().max((void[1] - place[1]).abs());
+        voids.iter().any(|void| apart(void) < 0.0006)
+    };
+    let mut measured = 0;
+    for step in 0..100 {
+        let place = [7.002 + 0.0008 * f64::from(step), 46.044];
+        if !is_near(place) {
+            measured += 1;
+            assert!(!ground(finest, place).is_filled(place[0], place[1]), "{place:?}");
+        }
+    }
+    assert!(measured > 20, "{measured} places");
+
+    let leaf = tile_at(finest, voids[0][0], voids[0][1]);
+    let lies: [&dyn Fn(&mut Tile); 2] = [&|tile| tile.filled = Filled::default(), &|tile| {
+        tile.filled.fill(DVec2::ZERO, DVec2::ONE);
+    }];
+    for lie in lies {
+        with_change(&built.path("archive.pmtiles"), &built.path("lies.pmtiles"), leaf, lie);
+        let report = verified("lies.pmtiles");
+        let of_leaf = |violation: &&Violation| violation.tile.as_deref() == Some(&*leaf.to_string());
+        assert!(
+            report.violations.iter().any(|violation| of_leaf(&violation)),
+            "{report}"
+        );
+    }
 }
 
 #[test]

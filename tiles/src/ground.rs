@@ -13,6 +13,7 @@ use terrain_core::topology::compressed_rows::CompressedRows;
 
 use crate::address::{MAX_ZOOM, Side, TileAddress};
 use crate::ellipsoid::{Geodetic, east_north_up, normal, to_earth_centred};
+use crate::filled::Filled;
 use crate::tile::Tile;
 
 /// Cells of the grid hold so many triangles on average.
@@ -46,6 +47,7 @@ pub struct Point {
 pub struct Ground {
     address: TileAddress,
     error: f64,
+    filled: Filled,
     /// Earth-centred metres from `origin`.
     positions: Vec<DVec3>,
     origin: DVec3,
@@ -83,6 +85,7 @@ impl Ground {
         Self {
             address: tile.address,
             error: tile.finest_error(),
+            filled: tile.filled.clone(),
             positions: places.iter().map(|&place| to_earth_centred(place) - origin).collect(),
             origin,
             triangles: mesh.triangles,
@@ -96,6 +99,13 @@ impl Ground {
     #[must_use]
     pub fn error(&self) -> f64 {
         self.error
+    }
+
+    /// Whether the ground at degrees of longitude and latitude was not measured, as far as the tile knows: the source has a void there
+    /// that was filled. No error is certified of such ground.
+    #[must_use]
+    pub fn is_filled(&self, longitude: f64, latitude: f64) -> bool {
+        self.filled.has(fraction(self.address, longitude, latitude))
     }
 
     /// Bytes in memory, about.

@@ -4,6 +4,7 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 
 use super::*;
 use crate::ellipsoid::to_geodetic;
+use crate::filled::Filled;
 use crate::tile::Lineage;
 
 /// A grid of `cells` a side with a hole of one cell, on the tile at `zoom`.
@@ -38,6 +39,7 @@ fn tile(zoom: u8, cells: u32, height: impl Fn(u32, u32) -> f64) -> Tile {
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         partition: SurfacePartition::from_log(&mesh, &log, 1.5).unwrap(),
         outline_errors: vec![0.0; 5],
     }

@@ -28,6 +28,7 @@
 pub mod address;
 pub mod archive;
 pub mod ellipsoid;
+pub mod filled;
 pub mod formats;
 pub mod ground;
 pub mod layer_json;

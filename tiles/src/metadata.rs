@@ -258,6 +258,8 @@ pub enum RasterReader {
     Exr,
     /// One for samples of 16 bits without a header.
     Raw,
+    /// One for archives of tiles.
+    Archive,
 }
 
 /// What heights are to be above, and what is used instead of what rasters say of theirs.

@@ -11,6 +11,7 @@ use terrain_core::{Mesh, SurfacePartition};
 
 use crate::address::{Side, TileAddress};
 use crate::ellipsoid::{self, Geodetic};
+use crate::filled::Filled;
 use crate::progressive::Sampling;
 
 /// One tile of the pyramid.
@@ -35,6 +36,8 @@ pub struct Tile {
     pub outline_errors: Vec<f64>,
     /// Edges of the coarsest surface that are along breaklines, by places of their ends on the lattice: its parent keeps them.
     pub breaklines: Vec<[[i64; 2]; 2]>,
+    /// Where its ground was not measured.
+    pub filled: Filled,
 }
 
 /// What a tile was made from, and what its parent takes over.

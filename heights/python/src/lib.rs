@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use terrain_heights::{Heights, HeightsError, Place};
+use terrain_heights::{Heights, HeightsError, Place, Point};
 
 const MEASURED: u8 = 0;
 const VOID: u8 = 1;
 const OUTSIDE: u8 = 2;
+const FILLED: u8 = 4;
 /// Bytes of decoded surfaces, if nothing else is asked for.
 const CACHE_BYTES: u64 = 256 << 20;
 
@@ -88,13 +89,15 @@ impl Ground {
             error: f64::NAN,
             normal: (f64::NAN, f64::NAN, f64::NAN),
         };
+        let at = |status, point: Point, error| Self {
+            status,
+            height: point.height,
+            error,
+            normal: (point.normal.x, point.normal.y, point.normal.z),
+        };
         match place {
-            Place::Measured(point, error) => Self {
-                status: MEASURED,
-                height: point.height,
-                error,
-                normal: (point.normal.x, point.normal.y, point.normal.z),
-            },
+            Place::Measured(point, error) => at(MEASURED, point, error),
+            Place::Filled(point) => at(FILLED, point, f64::NAN),
             Place::Void => none(VOID),
             Place::Outside => none(OUTSIDE),
         }
@@ -134,5 +137,6 @@ fn python_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Grounds>()?;
     module.add("MEASURED", MEASURED)?;
     module.add("VOID", VOID)?;
-    module.add("OUTSIDE", OUTSIDE)
+    module.add("OUTSIDE", OUTSIDE)?;
+    module.add("FILLED", FILLED)
 }

@@ -56,7 +56,8 @@ pub(crate) struct RasterArgs {
     /// Read virtual rasters (.vrt), and every file and address that they name.
     #[arg(long)]
     pub(crate) allow_vrt: bool,
-    /// Raster below and around all others, where these have no height; several are asked in their order.
+    /// Raster, or archive that this program made, below and around all others, where these have no height; several are asked in their
+    /// order. An archive's surface is taken where its samples were.
     #[arg(long, value_name = "DEM", num_args = 1..)]
     pub(crate) underlay: Vec<PathBuf>,
     /// How far underlays reach beyond the other rasters; if not given, by half of their width and height on each side.

@@ -19,8 +19,8 @@ use terrain_tiles::raster_dem::{RasterForm, mercator};
 use terrain_tiles::tile_file::{Header, Kind, SquareTile, TileFile};
 
 use super::choice::Choice;
-use super::stored::Grounds;
 use super::unusable::Unusable;
+use crate::archive_tiles::Grounds;
 
 /// Writes the tiles that are meant by `choice`, whose zooms are those of Web Mercator here. Gives how many they are.
 pub(super) fn write(archive: &Reader, form: RasterForm, choice: &Choice, output: &Path) -> anyhow::Result<usize> {

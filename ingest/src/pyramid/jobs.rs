@@ -23,6 +23,7 @@ use terrain_core::height_field::simplify::{Allowance, Simplifier};
 use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE, on_ellipsoid};
+use terrain_tiles::filled::Filled;
 use terrain_tiles::tile::{Lineage, Tile};
 
 use super::plan::Plan;
@@ -72,6 +73,7 @@ pub(crate) struct Child {
     pub(crate) coarsest: Mesh,
     /// Edges of it along breaklines, by their ends.
     pub(crate) breaklines: Vec<[[i64; 2]; 2]>,
+    pub(crate) filled: Filled,
     pub(crate) lineage: Lineage,
 }
 
@@ -82,6 +84,7 @@ impl Child {
             square,
             coarsest: tile.surface(tile.coarsest()),
             breaklines: tile.breaklines.clone(),
+            filled: tile.filled.clone(),
             lineage: tile.lineage,
         }
     }
@@ -326,15 +329,18 @@ impl<'a> Jobs<'a> {
     /// # Errors
     /// When samples cannot be read.
     pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
+        let filled = self.filled(square, &cells)?;
+        let with_filled = |tile: Option<Tile>| tile.map(|tile| Tile { filled, ..tile });
         if self.plan.height(square) == 0 {
-            return self.leaf_of_samples(square, cells);
+            return self.leaf_of_samples(square, cells).map(with_filled);
         }
         if self.is_whole(&cells)? {
             let curves = self.curves_around(square)?;
             let sides = curves.each_ref().map(|curve| curve.as_ref());
-            return self.over_blocks(square, cells, |reference, certifier| {
+            let made = self.over_blocks(square, cells, |reference, certifier| {
                 self.leaf_over(square, None, reference, sides, certifier)
             });
+            return made.map(with_filled);
         }
         let child = |child: Square| {
             let Some(cells) = self.cells_with_samples(child) else {
@@ -348,7 +354,7 @@ impl<'a> Jobs<'a> {
         if children.is_empty() {
             return Ok(None);
         }
-        self.parent(square, cells, &children).map(Some)
+        self.parent(square, cells, &children).map(Some).map(with_filled)
     }
 
     /// Whether all samples of a rectangle have heights, so that no outline is there, nor a breakline.
@@ -488,8 +494,48 @@ impl<'a> Jobs<'a> {
             let curves = self.curves_around(square)?;
             let sides = curves.each_ref().map(|curve| curve.as_ref());
             let tolerance = self.plan.error_at(square.zoom);
-            self.build(certifier).node(square, reference, finest, sides, tolerance)
+            let mut tile = self
+                .build(certifier)
+                .node(square, reference, finest, sides, tolerance)?;
+            for child in children {
+                let quarter = [child.square.x, child.square.y].map(|at| at.rem_euclid(2) as usize);
+                tile.filled.take_over(&child.filled, quarter);
+            }
+            Ok(tile)
         })
+    }
+
+    /// Where the ground of a square was not measured: in all cells around a sample that was filled.
+    fn filled(&self, square: Square, [columns, rows]: &[Range<usize>; 2]) -> Result<Filled> {
+        let mut filled = Filled::default();
+        let samples = self.raster.filled_in(columns.clone(), rows.clone())?;
+        if samples.is_empty() {
+            return Ok(filled);
+        }
+        let lattice = self.plan.lattice;
+        let (origin, extent) = (lattice.origin(square), lattice.extent(square.zoom) as f64);
+        let georeference = self.georeference.clone().facing(lattice.middle(square).x);
+        let size = Samples::size(self.raster);
+        let last = DVec2::new((size[0] - 1) as f64, (size[1] - 1) as f64);
+        for sample in samples {
+            let sample = DVec2::new(sample[0] as f64, sample[1] as f64);
+            let around = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(|aside| {
+                let corner = (sample + DVec2::from(aside)).clamp(DVec2::ZERO, last);
+                (lattice.global(georeference.geographic(corner)) - origin) / extent
+            });
+            let low = around.into_iter().reduce(DVec2::min).unwrap_or(DVec2::NAN);
+            let high = around.into_iter().reduce(DVec2::max).unwrap_or(DVec2::NAN);
+            filled.fill(low, high);
+        }
+        Ok(filled)
+    }
+
+    /// All that a leaf has of filled ground depends on these bytes; none where it has none.
+    pub(crate) fn bytes_of_filled(&self, [columns, rows]: &[Range<usize>; 2]) -> Result<Vec<u8>> {
+        let samples = self.raster.filled_in(columns.clone(), rows.clone())?;
+        let in_window = |[column, row]: [usize; 2]| [column - columns.start, row - rows.start];
+        let numbers = samples.into_iter().flat_map(in_window);
+        Ok(numbers.flat_map(|number| (number as u64).to_le_bytes()).collect())
     }
 
     /// What is made of a square of some height, over each 2^height-th of its samples and the relief between them.

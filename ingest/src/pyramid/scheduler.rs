@@ -128,7 +128,8 @@ impl Scheduler<'_> {
         let below: Vec<u8> = children.iter().flat_map(|child| child.name.bytes()).collect();
         let samples = if self.jobs.plan.height(square) == 0 {
             let [columns, rows] = cells.clone();
-            to_bytes(&self.jobs.raster.window(columns, rows)?.heights)
+            let heights = to_bytes(&self.jobs.raster.window(columns, rows)?.heights);
+            [heights, self.jobs.bytes_of_filled(cells)?].concat()
         } else {
             self.names_of_chunks(square, cells)
         };

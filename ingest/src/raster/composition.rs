@@ -193,14 +193,16 @@ impl<'a> Composition<'a> {
         Some(bends.part(own).heights)
     }
 
-    /// Fills voids that are not too wide. Returns how many samples of `columns` and `rows` it filled.
-    pub(super) fn fill(&mut self, [columns, rows]: [&Range<i64>; 2]) -> u64 {
-        let Some(width) = self.rules.fill else { return 0 };
+    /// Fills voids that are not too wide. Returns which samples of `columns` and `rows` it filled: their indices in that rectangle.
+    pub(super) fn fill(&mut self, [columns, rows]: [&Range<i64>; 2]) -> Vec<usize> {
+        let Some(width) = self.rules.fill else {
+            return Vec::new();
+        };
         let is_narrow = self.narrow(width / 2.0);
         let is_filled = |(height, is_narrow): (&f32, bool)| height.is_nan() && is_narrow;
         let filled: Vec<bool> = self.all.heights.iter().zip(is_narrow).map(is_filled).collect();
         if !filled.contains(&true) {
-            return 0;
+            return Vec::new();
         }
         let spread = self.values(&self.all).spread(self.rules.levels(width / 2.0));
         let places = (0..filled.len()).filter(|&index| filled[index]);
@@ -216,11 +218,14 @@ impl<'a> Composition<'a> {
                 .for_each(|(&place, height)| self.all.heights[place] = height);
         }
         let width = self.all.width();
-        let is_inside = |place: &&usize| {
-            let (column, row) = ((**place % width) as i64, (**place / width) as i64);
-            columns.contains(&(self.all.columns.start + column)) && rows.contains(&(self.all.rows.start + row))
+        let inside = |place: usize| {
+            let column = self.all.columns.start + (place % width) as i64;
+            let row = self.all.rows.start + (place / width) as i64;
+            let is_inside = columns.contains(&column) && rows.contains(&row);
+            let index = || (row - rows.start) * (columns.end - columns.start) + column - columns.start;
+            is_inside.then(|| index() as usize)
         };
-        places.iter().filter(is_inside).count() as u64
+        places.into_iter().filter_map(inside).collect()
     }
 
     /// Samples that are in the data when these are grown by a distance and then shrunk by it: holes close, outer rims stay.

@@ -90,7 +90,7 @@ fn filled(heights: &[f32], widest: f64) -> (Vec<f32>, u64) {
         all[(row + 30) * 100 + 30..][..40].copy_from_slice(&heights[row * 40..][..40]);
     }
     composition.lay(0, &area([-30..70, -30..70], &all));
-    let count = composition.fill([&(0..40), &(0..40)]);
+    let count = composition.fill([&(0..40), &(0..40)]).len() as u64;
     (composition.window(&(0..40), &(0..40)), count)
 }
 

@@ -79,6 +79,7 @@ impl GdalFile {
             block: [width.max(1), height.max(1)],
             crs: dataset.spatial_ref().ok(),
             to_crs: dataset.geo_transform().ok().map(placement::from_corner_based),
+            remark: None,
             datum: TAGS.iter().find_map(|tag| dataset.metadata_item(tag, "")),
             scale,
             offset,

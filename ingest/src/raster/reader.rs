@@ -25,6 +25,8 @@ pub(super) struct Found {
     pub(super) to_crs: Option<DAffine2>,
     /// What heights are above by a tag.
     pub(super) datum: Option<String>,
+    /// What the person is told of it.
+    pub(super) remark: Option<String>,
     /// Height in `unit` = stored value × `scale` + `offset`.
     pub(super) scale: f64,
     pub(super) offset: f64,
@@ -44,6 +46,7 @@ impl Found {
             crs: None,
             to_crs: None,
             datum: None,
+            remark: None,
             scale: 1.0,
             offset: 0.0,
             unit: String::new(),

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use gdal::spatial_ref::SpatialRef;
-use terrain_tiles::metadata::{RasterReader, Reading};
+use terrain_tiles::metadata::{RasterReader, Reading, Vertical};
 
+use super::archive_file::{self, ArchiveFile};
 use super::exr_file::ExrFile;
 use super::gdal_file::GdalFile;
 use super::layout::Layout;
@@ -16,6 +17,7 @@ use super::tiff_file::TiffFile;
 use super::undeclared::{Looked, Values, Voids};
 use super::vertical::HeightReference;
 use super::{ReadError, ReadOptions, crs, placement, units};
+use crate::samples::Overrides;
 
 /// An open file.
 pub(super) struct Source {
@@ -31,8 +33,13 @@ pub(super) struct Source {
 impl Source {
     pub(super) fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReadError> {
         check_name(path)?;
-        let reading = &options.overrides.reading;
-        let reader = reader_of(path, reading);
+        let reader = reader_of(path, &options.overrides.reading);
+        let overrides = if reader == RasterReader::Archive {
+            &of_archives(&options.overrides)
+        } else {
+            &options.overrides
+        };
+        let reading = &overrides.reading;
         if reading.encoding.is_some() && reader != RasterReader::Gdal {
             return Err(ReadError::unreadable(path, "heights in colours are read by GDAL alone"));
         }
@@ -41,12 +48,14 @@ impl Source {
             RasterReader::Tiff => TiffFile::open(path, options)?,
             RasterReader::Exr => ExrFile::open(path)?,
             RasterReader::Raw => RawFile::open(path, reading.big_endian)?,
+            RasterReader::Archive => ArchiveFile::open(path)?,
         };
         let [columns, rows] = found.size;
         placement::check_size(path, columns, rows, options.limits.samples)?;
-        let said = options.overrides.crs.as_deref().map(crs::from_user).transpose()?;
+        let said = overrides.crs.as_deref().map(crs::from_user).transpose()?;
         let reference = said.as_ref().or(found.crs.as_ref());
-        let mut layout = layout(path, &found, reference, options)?;
+        let mut layout = layout(path, &found, reference, overrides)?;
+        layout.remarks.extend(found.remark.clone());
         let (scale, offset) = to_metres(&mut layout, &found, reference, reading);
         Ok(Self {
             layout,
@@ -96,9 +105,24 @@ impl Source {
     }
 }
 
+/// An archive says all of itself: what a user says is of the rasters beside it.
+fn of_archives(asked: &Overrides) -> Overrides {
+    let heights = asked.vertical.heights;
+    Overrides {
+        vertical: Vertical {
+            heights,
+            ..Vertical::default()
+        },
+        ..Overrides::default()
+    }
+}
+
 /// The reader that a user names, or the one for the file's kind.
 fn reader_of(path: &Path, reading: &Reading) -> RasterReader {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if extension == archive_file::ENDING {
+        return RasterReader::Archive;
+    }
     reading.reader.unwrap_or_else(|| match extension.to_str() {
         Some("exr") => RasterReader::Exr,
         Some("r16" | "raw") => RasterReader::Raw,
@@ -125,9 +149,8 @@ fn layout(
     path: &Path,
     found: &Found,
     reference: Option<&SpatialRef>,
-    options: &ReadOptions,
+    overrides: &Overrides,
 ) -> Result<Layout, ReadError> {
-    let overrides = &options.overrides;
     let [columns, rows] = found.size;
     let to_crs = match (overrides.reading.pixel_size, overrides.bounds) {
         (Some(pixel), _) => Some(placement::from_pixel_size(pixel, rows)),

@@ -84,6 +84,7 @@ impl TiffFile {
             crs: reference,
             to_crs: keys.as_ref().and_then(GeoKeys::to_crs),
             datum: remark(DATUM),
+            remark: None,
             scale,
             offset,
             unit: remark("unittype").or_else(|| keys.as_ref()?.unit()).unwrap_or_default(),

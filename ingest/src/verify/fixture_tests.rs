@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::{DVec2, DVec3};
 use terrain_core::{Band, Collapse, CollapseLog, Mesh, SurfacePartition};
 use terrain_tiles::address::{Side, TileAddress};
+use terrain_tiles::filled::Filled;
 use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION, Zoom};
 use terrain_tiles::tile::{Lineage, Tile};
 
@@ -238,6 +239,7 @@ fn tile(address: TileAddress, mesh: &Mesh, collapses: &[Option<(DVec2, DVec2)>])
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         partition,
         outline_errors,
     }

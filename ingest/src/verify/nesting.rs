@@ -6,6 +6,7 @@ use terrain_tiles::address::TileAddress;
 use terrain_tiles::tile::Tile;
 
 use super::drawing::{Shown, coarse_sided, draw, finest};
+use super::filled;
 use super::report::Violation;
 use super::sides::{Node, node};
 
@@ -33,6 +34,7 @@ pub(super) fn check(parent: &Tile, children: &[Tile]) -> Vec<Violation> {
         );
         violations.push(Violation::of_tile(what, parent.address));
     }
+    violations.extend(filled::check_parent(parent, children));
     violations
 }
 

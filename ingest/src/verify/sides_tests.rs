@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use terrain_core::SurfacePartition;
+use terrain_tiles::filled::Filled;
 use terrain_tiles::tile::Lineage;
 
 use super::*;
@@ -16,6 +17,7 @@ fn tile(zoom: u8, x: u32, y: u32) -> Tile {
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         partition: SurfacePartition::default(),
         outline_errors: Vec::new(),
     }

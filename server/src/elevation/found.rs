@@ -6,7 +6,7 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 
 use crate::failure::Failure;
-use crate::heights::{Height, Place, Status};
+use crate::heights::{Height, Place};
 use crate::service::Service;
 use crate::tileset::{TileError, Tileset};
 
@@ -46,8 +46,7 @@ pub(super) async fn find(
                 continue;
             }
             for (best, height) in found.iter_mut().zip(here) {
-                let is_better = best.0.status != Status::Measured && height.status != Status::Outside;
-                if is_better && (height.status == Status::Measured || best.0.status == Status::Outside) {
+                if height.status < best.0.status {
                     *best = (height, index);
                 }
             }

@@ -73,12 +73,12 @@ pub(super) async fn elevation(
         .iter()
         .zip(&found.heights)
         .map(|(place, (height, tileset))| GoogleElevation {
-            elevation: height.measured(),
+            elevation: height.metres(),
             location: Location {
                 lat: place.latitude,
                 lng: place.longitude,
             },
-            resolution: height.measured().map(|_| resolution(&found.tilesets[*tileset])),
+            resolution: height.metres().map(|_| resolution(&found.tilesets[*tileset])),
         });
     let answer = Answer {
         results: results.collect(),

@@ -76,7 +76,7 @@ async fn answer(service: &Service, name: &str, shape: Shape) -> Result<Json<Valu
         .iter()
         .map(|(height, _)| {
             height
-                .measured()
+                .metres()
                 .map_or(Value::Null, |metres| number((metres * scale).round() / scale))
         })
         .collect();

@@ -38,7 +38,7 @@ pub(super) fn draw(
     let places: Vec<Place> = corners(address).collect();
     let zoom = (address.zoom + FINER).min(tileset.metadata().max_zoom);
     let found = heights.at(tileset, zoom, &places)?;
-    let metres: Vec<Option<f64>> = found.iter().map(|height| height.measured()).collect();
+    let metres: Vec<Option<f64>> = found.iter().map(|height| height.metres()).collect();
     let mut colours = Vec::with_capacity(3 * (CELLS as usize + 1).pow(2));
     for row in 0..=CELLS as usize {
         let cell = cell_metres(address, places[(row + REACH as usize) * ROW].latitude);

@@ -16,6 +16,7 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use terrain_server::{Catalogue, CurvedFile, Settings, Shared, router};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
+use terrain_tiles::filled::Filled;
 use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode};
 use terrain_tiles::formats::spt;
 use terrain_tiles::metadata::{Metadata, Source, Zoom};
@@ -48,6 +49,7 @@ pub(crate) fn tile(address: TileAddress) -> Tile {
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         partition,
         outline_errors: vec![0.0; 5],
     }

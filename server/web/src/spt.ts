@@ -10,7 +10,7 @@ const [FIXED_BYTES, SAMPLING_BYTES] = [49, 32];
 const LONGEST_NUMBER = 6;
 const MAGIC = 0x4c545053; // "SPTL", little-endian
 /** Of a tile in which no split opens a hole, and of one in which some may. */
-const [VERSION, VERSION_WITH_HOLES, VERSION_WITH_BREAKLINES] = [3, 4, 5];
+const [VERSION, VERSION_WITH_HOLES, VERSION_WITH_BREAKLINES, VERSION_WITH_FILLED] = [3, 4, 5, 6];
 const SIDES = 4;
 const SAMPLED = 1;
 const OPENS_HOLES = 2;
@@ -128,7 +128,7 @@ function readHead(bytes: Uint8Array): { header: Header; entries: Entry[]; start:
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   check(view.getUint32(0, true) === MAGIC, "the magic is not SPTL");
   const version = view.getUint8(4);
-  check(version >= VERSION && version <= VERSION_WITH_BREAKLINES, `version ${version} is not ${VERSION} to ${VERSION_WITH_BREAKLINES}`);
+  check(version >= VERSION && version <= VERSION_WITH_FILLED, `version ${version} is not ${VERSION} to ${VERSION_WITH_FILLED}`);
   const numbers = new Numbers(bytes, FIXED_BYTES);
   const header = readHeader(view, numbers);
   return { header, entries: readDirectory(numbers, header.levelCount), start: numbers.at };
@@ -151,10 +151,11 @@ function readHeader(view: DataView, numbers: Numbers): Header {
     boundaryFrom: levelCount - SIDES,
     baseVertices: numbers.next(),
     baseTriangles: numbers.next(),
-    opensHoles: version === VERSION_WITH_HOLES || (version === VERSION_WITH_BREAKLINES && (flags & OPENS_HOLES) !== 0),
+    opensHoles: version === VERSION_WITH_HOLES || (version >= VERSION_WITH_BREAKLINES && (flags & OPENS_HOLES) !== 0),
     sampling: (flags & SAMPLED) !== 0 ? readSampling(view, numbers) : undefined,
   } as const;
-  if (version === VERSION_WITH_BREAKLINES) skipBreaklines(numbers);
+  if (version >= VERSION_WITH_BREAKLINES) skipBreaklines(numbers);
+  if (version === VERSION_WITH_FILLED) skipFilled(view, numbers);
   return { address, extentBits, heightStep: 2 ** view.getInt8(7), levelCount, frame };
 }
 
@@ -162,6 +163,13 @@ function readHeader(view: DataView, numbers: Numbers): Header {
 function skipBreaklines(numbers: Numbers): void {
   const count = numbers.next();
   for (let number = 0; number < 4 * count; number++) numbers.signed();
+}
+
+/** Where ground was not measured is for whoever asks for heights. */
+function skipFilled(view: DataView, numbers: Numbers): void {
+  const length = numbers.next();
+  numbers.at += length;
+  check(numbers.at <= view.byteLength, "the header is cut off");
 }
 
 function readSampling(view: DataView, numbers: Numbers): Sampling {

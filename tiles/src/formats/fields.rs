@@ -133,6 +133,13 @@ impl<'a> Fields<'a> {
         Ok(*bytes)
     }
 
+    /// So many bytes.
+    pub(crate) fn run(&mut self, length: usize) -> Result<&'a [u8], DecodeError> {
+        let (run, rest) = self.rest.split_at_checked(length).ok_or_else(|| self.truncated())?;
+        self.rest = rest;
+        Ok(run)
+    }
+
     pub(crate) fn doubles<const COUNT: usize>(&mut self) -> Result<[f64; COUNT], DecodeError> {
         let mut doubles = [0.0; COUNT];
         for double in &mut doubles {

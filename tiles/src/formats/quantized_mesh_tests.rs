@@ -8,6 +8,7 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 
 use super::*;
 use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
+use crate::filled::Filled;
 use crate::outside::{HeightField, Outside};
 use crate::tile::{Lineage, Tile};
 
@@ -28,6 +29,7 @@ fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         partition: SurfacePartition::from_log(mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.0; 5],
     }

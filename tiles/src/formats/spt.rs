@@ -1,4 +1,4 @@
-//! The progressive tile format, versions 3 to 5: `docs/formats/spt.md` is its specification.
+//! The progressive tile format, versions 3 to 6: `docs/formats/spt.md` is its specification.
 //!
 //! ```text
 //! ┌────────┬───────────┬─────────┬─────────┬─ … ─┬──────┬───────┬──────┬───────┐
@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use super::fields::{self, Directory, Entry, Fields, Format};
 use crate::address::{Side, TileAddress};
+use crate::filled::Filled;
 use crate::progressive::{self, Frame, Run, Sampling, Start};
 use crate::tile::{Lineage, Tile};
 
@@ -23,7 +24,7 @@ use super::{DecodeError, LevelLimits};
 const FORMAT: Format = Format {
     name: "progressive terrain tile",
     magic: *b"SPTL",
-    versions: [VERSION, VERSION_WITH_BREAKLINES],
+    versions: [VERSION, VERSION_WITH_FILLED],
 };
 /// Of a tile in which no split opens a hole.
 const VERSION: u8 = 3;
@@ -31,11 +32,13 @@ const VERSION: u8 = 3;
 const VERSION_WITH_HOLES: u8 = 4;
 /// Of one with breaklines: its flags tell whether splits may open holes.
 const VERSION_WITH_BREAKLINES: u8 = 5;
+/// Of one with filled ground; it tells of breaklines, too.
+const VERSION_WITH_FILLED: u8 = 6;
 /// Lattice coordinates must stay exact integers in an `f64`.
 const MAX_EXTENT_BITS: u8 = 40;
 /// The flag of a tile whose samples are told.
 const SAMPLED: u8 = 1;
-/// The flag of a tile with breaklines in which splits may open holes.
+/// The flag of a tile with breaklines or filled ground in which splits may open holes.
 const OPENS_HOLES: u8 = 2;
 
 /// Why a tile cannot be written.
@@ -179,6 +182,7 @@ fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, Decode
         partition,
         outline_errors,
         breaklines: header.breaklines.clone(),
+        filled: header.filled.clone(),
     })
 }
 
@@ -215,6 +219,7 @@ struct Header {
     start: Start,
     frame: Frame,
     breaklines: Vec<[[i64; 2]; 2]>,
+    filled: Filled,
 }
 
 impl Header {
@@ -238,7 +243,7 @@ impl Header {
             vertices: fields.number()?,
             triangles: fields.number()?,
             opens_holes: version == VERSION_WITH_HOLES
-                || version == VERSION_WITH_BREAKLINES && flags & OPENS_HOLES != 0,
+                || version >= VERSION_WITH_BREAKLINES && flags & OPENS_HOLES != 0,
         };
         let frame = frame(
             extent_bits,
@@ -248,13 +253,20 @@ impl Header {
         if !frame.is_valid() {
             return Err(DecodeError::OutOfRange("the lattice"));
         }
-        let breaklines = if version == VERSION_WITH_BREAKLINES {
+        let breaklines = if version >= VERSION_WITH_BREAKLINES {
             read_breaklines(fields, 1 << extent_bits)?
         } else {
             Vec::new()
         };
+        let filled = if version == VERSION_WITH_FILLED {
+            let length = fields.number()? as usize;
+            Filled::from_bytes(fields.run(length)?).ok_or(DecodeError::OutOfRange("the filled ground"))?
+        } else {
+            Filled::default()
+        };
         Ok(Self {
             breaklines,
+            filled,
             address: TileAddress::new(zoom, x, y).ok_or(DecodeError::OutOfRange("the tile address"))?,
             extent_bits,
             height_exponent: height_exponent.cast_signed(),
@@ -270,6 +282,7 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], start: Star
     bytes.extend(FORMAT.magic);
     let has_breaklines = !tile.breaklines.is_empty();
     let version = match (has_breaklines, start.opens_holes) {
+        _ if !tile.filled.is_empty() => VERSION_WITH_FILLED,
         (true, _) => VERSION_WITH_BREAKLINES,
         (false, true) => VERSION_WITH_HOLES,
         (false, false) => VERSION,
@@ -283,15 +296,21 @@ fn write_header(bytes: &mut Vec<u8>, tile: &Tile, heights: [i32; 2], start: Star
     bytes.extend(tile.address.x.to_le_bytes());
     bytes.extend(tile.address.y.to_le_bytes());
     heights.iter().for_each(|height| bytes.extend(height.to_le_bytes()));
-    let holes = u8::from(has_breaklines && start.opens_holes) * OPENS_HOLES;
+    let has_flag = version >= VERSION_WITH_BREAKLINES;
+    let holes = u8::from(has_flag && start.opens_holes) * OPENS_HOLES;
     bytes.push((u8::from(tile.sampling.is_some()) * SAMPLED) | holes);
     tile.lineage.write(bytes);
     bytes.extend(tile.partition.levels.len().encode_var_vec());
     bytes.extend(start.vertices.encode_var_vec());
     bytes.extend(start.triangles.encode_var_vec());
     tile.sampling.iter().for_each(|sampling| sampling.write(bytes));
-    if has_breaklines {
+    if version >= VERSION_WITH_BREAKLINES {
         write_breaklines(bytes, &tile.breaklines);
+    }
+    if version == VERSION_WITH_FILLED {
+        let filled = tile.filled.to_bytes();
+        bytes.extend(filled.len().encode_var_vec());
+        bytes.extend(filled);
     }
 }
 

@@ -1,5 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use crate::filled::Filled;
 use crate::formats::damage;
 use crate::progressive::tests::assert_same_levels;
 use glam::DVec3;
@@ -44,6 +45,7 @@ pub(crate) fn small_tile() -> Tile {
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         partition: SurfacePartition::from_log(&mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.5, 0.25, 0.0, 0.0, 0.0, 0.0],
     }

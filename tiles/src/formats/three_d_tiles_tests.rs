@@ -10,6 +10,7 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 
 use super::{Described, Packing, Squares, TileSurface, document, file, subtree};
 use crate::address::TileAddress;
+use crate::filled::Filled;
 use crate::formats::quantized_mesh::QuantizedMesh;
 use crate::outside::Outside;
 use crate::tile::{Lineage, Tile};
@@ -43,6 +44,7 @@ fn tile(address: TileAddress) -> Tile {
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         partition: SurfacePartition::from_log(&mesh, &log, 2.5).unwrap(),
         outline_errors: vec![0.0; 5],
     }

@@ -11,10 +11,10 @@ use terrain_tiles::formats::{gltf, obj};
 use terrain_tiles::tile::{Detail, Tile};
 
 use super::super::folder::Folder;
-use super::super::stored;
 use super::frame::Frame;
 use super::piece::{Bounds, Piece};
 use super::usd;
+use crate::archive_tiles;
 
 /// Where the pieces of a pack come from.
 pub(super) struct Pieces<'a> {
@@ -57,7 +57,7 @@ impl<'a> Pieces<'a> {
     }
 
     pub(super) fn read(&self, address: TileAddress) -> anyhow::Result<Piece> {
-        let tile = stored::tile(self.archive, address)?;
+        let tile = archive_tiles::tile(self.archive, address)?;
         Ok(Piece::of(&tile, detail(self.archive, &tile), self.frame))
     }
 
@@ -67,7 +67,7 @@ impl<'a> Pieces<'a> {
 }
 
 fn write(archive: &Reader, address: TileAddress, frame: &Frame, folder: &Folder) -> anyhow::Result<Record> {
-    let tile = stored::tile(archive, address)?;
+    let tile = archive_tiles::tile(archive, address)?;
     let detail = detail(archive, &tile);
     let piece = Piece::of(&tile, detail, frame);
     let bounds = piece.bounds().with_context(|| format!("tile {address} is empty"))?;

@@ -3,6 +3,7 @@
 use terrain_core::{Band, CollapseLog, SurfacePartition};
 
 use super::*;
+use crate::filled::Filled;
 use crate::tile::Lineage;
 
 const EXTENT: f64 = 1024.0;
@@ -39,6 +40,7 @@ fn tile(zoom: u8, x: u32, y: u32) -> Tile {
         sampling: None,
         lineage: Lineage::default(),
         breaklines: Vec::new(),
+        filled: Filled::default(),
         outline_errors: vec![0.0; 5],
         partition: SurfacePartition::from_log(&mesh, &log, 0.0).unwrap(),
     }
