@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use arc_swap::ArcSwap;
 use terrain_tiles::archive::ArchiveError;
 
+use crate::remote::{Remote, is_address};
 use crate::tileset::Tileset;
 
 /// What ends the name of an archive in a folder.
@@ -38,14 +39,22 @@ struct Known {
     tileset: Option<Arc<Tileset>>,
 }
 
-/// Changes when a file is replaced or written to: device, inode, length, seconds and nanoseconds of the last change.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Identity([u64; 3], [i64; 2]);
+/// Changes when what is at a path or an address is replaced or written to.
+#[derive(Clone, PartialEq, Eq)]
+enum Identity {
+    /// Device, inode, length, seconds and nanoseconds of the last change.
+    File([u64; 3], [i64; 2]),
+    /// Length, seconds of the last change, entity tag.
+    Object((u64, i64, Option<String>)),
+}
 
 impl Identity {
     fn of(path: &Path) -> io::Result<Self> {
+        if is_address(path) {
+            return Remote::look(path).map(|object| Self::Object(object.identity()));
+        }
         let file = fs::metadata(path)?;
-        Ok(Self(
+        Ok(Self::File(
             [file.dev(), file.ino(), file.len()],
             [file.ctime(), file.ctime_nsec()],
         ))
@@ -53,7 +62,8 @@ impl Identity {
 }
 
 impl Catalogue {
-    /// Opens the archives `sources`, which are files, and folders whose files that end in `.pmtiles` are archives.
+    /// Opens the archives `sources`, which are files, addresses, and folders whose files that end in `.pmtiles` are archives. Blocks:
+    /// where there are addresses, on a thread of a runtime where that is no harm.
     ///
     /// # Errors
     /// The first source that cannot be read. In a folder, archives that cannot are passed over, and the log says so.
@@ -64,10 +74,7 @@ impl Catalogue {
             tilesets: ArcSwap::default(),
         };
         for source in &catalogue.sources {
-            let is_folder = fs::metadata(source)
-                .map_err(|error| ArchiveError::Io(source.clone(), error))?
-                .is_dir();
-            if !is_folder {
+            if !source.is_dir() {
                 let identity = Identity::of(source).map_err(|error| ArchiveError::Io(source.clone(), error))?;
                 let tileset = Some(Arc::new(Tileset::open(source)?));
                 catalogue.lock().insert(source.clone(), Known { identity, tileset });
@@ -103,8 +110,15 @@ impl Catalogue {
         known.retain(|path, _| files.contains(path));
         let mut has_changed = known.len() != count;
         for path in files {
-            // It may have gone since: then the next look tells.
-            let Ok(identity) = Identity::of(&path) else { continue };
+            let identity = match Identity::of(&path) {
+                Ok(identity) => identity,
+                Err(error) if is_address(&path) && error.kind() == io::ErrorKind::NotFound => {
+                    has_changed |= known.remove(&path).is_some();
+                    continue;
+                }
+                // A file may have gone since: then the next look tells. What cannot be reached may be there still.
+                Err(_) => continue,
+            };
             if known.get(&path).is_none_or(|before| before.identity != identity) {
                 let before = known.remove(&path).and_then(|before| before.tileset);
                 let tileset = open(&path).or(before);
@@ -137,7 +151,7 @@ impl Catalogue {
                         .map(|entry| entry.path())
                         .filter(|path| path.extension().is_some_and(|ending| ending == ENDING)),
                 ),
-                Err(_) if source.exists() => drop(files.insert(source.clone())),
+                Err(_) if is_address(source) || source.exists() => drop(files.insert(source.clone())),
                 Err(_) => {}
             }
         }

@@ -39,7 +39,7 @@ async fn run(given: &Given) -> anyhow::Result<()> {
         .iter()
         .map(|path| CurvedFile::open(path))
         .collect::<anyhow::Result<Vec<_>>>()?;
-    let catalogue = Catalogue::open(archives)?;
+    let catalogue = tokio::task::spawn_blocking(|| Catalogue::open(archives)).await??;
     if let Some(name) = catalogue.twin() {
         bail!("two archives are called “{name}”; rename one");
     }

@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Parser, Serialize)]
 #[command(
     version,
-    after_help = "Examples:\n  terrain-server fault.pmtiles\n  terrain-server /srv/terrain --listen 0.0.0.0:80 --access-log text\n\n\
+    after_help = "Examples:\n  terrain-server fault.pmtiles\n  terrain-server /srv/terrain --listen 0.0.0.0:80 --access-log text\n  \
+        terrain-server s3://bucket/alps.pmtiles\n\n\
         In CesiumJS:\n  viewer.terrainProvider = await Cesium.CesiumTerrainProvider.fromUrl(\n    \
         'http://127.0.0.1:8080/fault', { requestVertexNormals: true })\n\n\
         A settings file has the names of the flags, with _ for -, in TOML: archives = [\"/srv/terrain\"], max_connections = 500.\n\n\
@@ -25,8 +26,9 @@ use serde::{Deserialize, Serialize};
         Exit codes: 0 after Ctrl-C or SIGTERM, 2 when an archive or the settings cannot be read or the address cannot be listened on."
 )]
 pub struct Given {
-    /// Archives, each served under its file name without its ending, and folders, whose files that end in .pmtiles are served.
-    #[arg(value_name = "ARCHIVE|FOLDER")]
+    /// Archives, each served under its file name without its ending, at paths or addresses (s3://, gs://, az://, https://; how to reach a
+    /// bucket is taken from the environment, as each cloud's own tools do), and folders, whose files that end in .pmtiles are served.
+    #[arg(value_name = "ARCHIVE|FOLDER|ADDRESS")]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     archives: Vec<PathBuf>,
 

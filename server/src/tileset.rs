@@ -15,6 +15,7 @@ use terrain_tiles::metadata::Metadata;
 use terrain_tiles::tile::Tile;
 
 use crate::failure::Failure;
+use crate::remote::{Remote, is_address};
 
 /// How many archives this process has opened.
 static GENERATIONS: AtomicU64 = AtomicU64::new(0);
@@ -46,9 +47,14 @@ pub(crate) enum TileError {
 }
 
 impl Tileset {
-    /// Opens the archive at `path`.
+    /// Opens the archive at a path or an address.
     pub(crate) fn open(path: &Path) -> Result<Self, ArchiveError> {
-        let archive = Reader::open(path)?;
+        let archive = if is_address(path) {
+            let remote = Remote::look(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
+            Reader::over(path, Box::new(remote))?
+        } else {
+            Reader::open(path)?
+        };
         let version = format!("{:032x}", archive.version());
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let document = serde_json::to_vec(&LayerJson::new(&name, &version, archive.metadata()));

@@ -69,7 +69,7 @@ const HOMES: [(&str, &[&str]); 21] = [
     ("numpy", &["heights/python"]),
     ("pyo3", &["heights/python"]),
     ("tokio", &["server", "ingest/src/store.rs"]),
-    ("object_store", &["ingest/src/store.rs"]),
+    ("object_store", &["ingest/src/store.rs", "server/src/remote.rs"]),
     // Threads; the tests compare what one and several write.
     ("rayon", &["ingest", "tests"]),
     (

@@ -192,7 +192,7 @@ pub struct Reader {
     addresses: Vec<TileAddress>,
     ids: Vec<u64>,
     checksums: Vec<u64>,
-    tiles: Arc<AsyncPmTilesReader<PlainFile, HashMapCache>>,
+    tiles: Arc<AsyncPmTilesReader<Source, HashMapCache>>,
 }
 
 impl Reader {
@@ -203,8 +203,6 @@ impl Reader {
     /// archive or a broken one, [`ArchiveError::Foreign`] when it holds something else.
     pub fn open(path: &Path) -> Result<Self, ArchiveError> {
         let failed = |error| ArchiveError::Io(path.into(), error);
-        let unreadable = |error: PmtError| ArchiveError::Unreadable(path.into(), error.to_string());
-        let foreign = |reason: String| ArchiveError::Foreign(path.into(), reason);
         // To open a pipe would wait for whoever writes into it.
         if !fs::metadata(path).map_err(failed)?.is_file() {
             return Err(ArchiveError::Unreadable(
@@ -213,8 +211,19 @@ impl Reader {
             ));
         }
         let file = File::open(path).map_err(failed)?;
-        let whole = is_whole(&file).map_err(failed)?;
-        let source = AsyncPmTilesReader::try_from_cached_source(PlainFile(file), HashMapCache::default());
+        Self::over(path, Box::new(PlainFile(file)))
+    }
+
+    /// Opens the archive of which `source` has the bytes; `path` is what it is called in messages.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn over(path: &Path, source: Box<dyn ByteSource>) -> Result<Self, ArchiveError> {
+        let failed = |error| ArchiveError::Io(path.into(), error);
+        let unreadable = |error: PmtError| ArchiveError::Unreadable(path.into(), error.to_string());
+        let foreign = |reason: String| ArchiveError::Foreign(path.into(), reason);
+        let whole = is_whole(source.as_ref()).map_err(failed)?;
+        let source = AsyncPmTilesReader::try_from_cached_source(Source(source), HashMapCache::default());
         let tiles = Arc::new(pollster::block_on(source).map_err(unreadable)?);
         if !whole {
             return Err(ArchiveError::Unreadable(path.into(), "it is cut short".to_owned()));
@@ -288,14 +297,12 @@ impl Reader {
 }
 
 /// Whether the file reaches to the end of its tiles, by bytes 56 to 71 of the header: where they begin, and their length.
-fn is_whole(file: &File) -> io::Result<bool> {
-    let mut fields = [[0; 8]; 2];
-    match file.read_exact_at(fields.as_flattened_mut(), 56) {
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(false),
-        read => read?,
-    }
-    let [offset, length] = fields.map(u64::from_le_bytes);
-    let size = file.metadata()?.len();
+fn is_whole(source: &dyn ByteSource) -> io::Result<bool> {
+    let fields = source.read(56, 16)?;
+    let (fields, _) = fields.as_chunks();
+    let &[offset, length] = fields else { return Ok(false) };
+    let [offset, length] = [offset, length].map(u64::from_le_bytes);
+    let size = source.size()?;
     Ok(offset.checked_add(length).is_some_and(|end| end <= size))
 }
 
@@ -367,18 +374,44 @@ fn folder_of(path: &Path) -> &Path {
         .unwrap_or(Path::new("."))
 }
 
-/// Reads at a position, without a cursor to share and without a runtime: its futures are ready at once, which is why
-/// [`Reader`] may wait for them anywhere. Unlike a memory map it gives an error, not a signal, when the file is cut
-/// short under it.
+/// Where the bytes of an archive are. Any number of threads read at a time; they block while they do.
+pub trait ByteSource: Send + Sync {
+    /// How many bytes there are.
+    ///
+    /// # Errors
+    /// When that cannot be found out.
+    fn size(&self) -> io::Result<u64>;
+
+    /// Bytes from `offset` on: `length`, or as many as there are.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    fn read(&self, offset: u64, length: usize) -> io::Result<Vec<u8>>;
+}
+
+/// Reads at a position, without a cursor to share. Unlike a memory map it gives an error, not a signal, when the file is cut short
+/// under it.
 struct PlainFile(File);
 
-impl AsyncBackend for PlainFile {
-    async fn read(&self, offset: u64, length: usize) -> PmtResult<BackendResponse> {
-        let size = self.0.metadata()?.len();
-        let available = usize::try_from(size.saturating_sub(offset)).unwrap_or(usize::MAX);
+impl ByteSource for PlainFile {
+    fn size(&self) -> io::Result<u64> {
+        Ok(self.0.metadata()?.len())
+    }
+
+    fn read(&self, offset: u64, length: usize) -> io::Result<Vec<u8>> {
+        let available = usize::try_from(self.size()?.saturating_sub(offset)).unwrap_or(usize::MAX);
         let mut bytes = vec![0; length.min(available)];
         self.0.read_exact_at(&mut bytes, offset)?;
-        Ok(BackendResponse::new(bytes.into()))
+        Ok(bytes)
+    }
+}
+
+/// Its futures are ready at once, since sources block, which is why [`Reader`] may wait for them anywhere.
+struct Source(Box<dyn ByteSource>);
+
+impl AsyncBackend for Source {
+    async fn read(&self, offset: u64, length: usize) -> PmtResult<BackendResponse> {
+        Ok(BackendResponse::new(self.0.read(offset, length)?.into()))
     }
 }
 
