@@ -1,5 +1,7 @@
 // A recorded flight over an archive, in the page and in CesiumJS, which gets the same archive as quantized-mesh.
 // TERRAIN_URL: a terrain-server. Flights are over those of its archives that are there; TERRAIN_SCREENSHOTS: where to leave pictures.
+// TERRAIN_KBITS: the line to the terrain, once a page's own program is there, so many kbit/s with 40 ms to the server and back; the
+// page then has no light of normals, as CesiumJS has none.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -41,12 +43,32 @@ after(async () => {
   await nginx?.stop();
 });
 
+const LINE = { offline: false, latency: 40, downloadThroughput: Number(process.env.TERRAIN_KBITS) * 125, uploadThroughput: -1 };
+
+/** Opens an address; where a line is asked for, what the terrain begins with waits for it. Tells from when on time counts. */
+async function openedOn(page, address, begins) {
+  if (process.env.TERRAIN_KBITS === undefined) {
+    const since = performance.now();
+    await page.goto(address);
+    return since;
+  }
+  const session = await page.context().newCDPSession(page);
+  const waiting = new Promise((resolve) => page.route(begins, resolve));
+  await page.goto(address);
+  const route = await waiting;
+  await page.evaluate(() => document.querySelector("#light:checked")?.click());
+  await session.send("Network.emulateNetworkConditions", LINE);
+  const since = performance.now();
+  await route.continue();
+  await page.unroute(begins);
+  return since;
+}
+
 /** A new page of the terrain from a pose, and the bytes and milliseconds until all that it needs is drawn. */
 async function opened(name, start, pixels) {
   const page = await quietPage(browser, complaints, VIEWPORT);
   const link = [start.latitude, start.longitude, start.height, start.azimuth, start.down].join(",");
-  const since = performance.now();
-  await page.goto(`${process.env.TERRAIN_URL}?pixels=${pixels}#${name}/${link}`);
+  const since = await openedOn(page, `${process.env.TERRAIN_URL}?pixels=${pixels}#${name}/${link}`, "**/tilesets");
   await page.waitForFunction(() => window.terrain !== undefined);
   await settled(page);
   const { bytes, normalsBytes, triangles } = await page.evaluate(() => window.terrain.stats());
@@ -66,9 +88,8 @@ async function openedInCesium(name, start, pixels) {
   page.on("requestfinished", (request) => {
     if (request.url().includes(".terrain")) sizes.push(request.sizes().then(({ responseBodySize }) => (bytes += responseBodySize)));
   });
-  const since = performance.now();
   const query = new URLSearchParams({ tileset: new URL(name, process.env.TERRAIN_URL), pixels, pose: JSON.stringify(start) });
-  await page.goto(`${nginx.url}test/flight_cesium.html?${query}`);
+  const since = await openedOn(page, `${nginx.url}test/flight_cesium.html?${query}`, "**/layer.json");
   await page.waitForFunction(() => window.isReady && window.isSettled(), undefined, { timeout: SETTLE_MILLISECONDS });
   const milliseconds = Math.round(performance.now() - since - REST_MILLISECONDS);
   await Promise.all(sizes);
