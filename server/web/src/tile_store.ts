@@ -39,7 +39,7 @@ interface LoadedTile {
 export class TileStore implements Hierarchy {
   readonly roots: readonly Address[];
   bytesLoaded = 0;
-  /** What went wrong last, in one line; undefined once loading works again. */
+  /** What went wrong last, in one line; undefined once loading works again, or nothing is missing. */
   failure: string | undefined;
   private readonly loaded = new Map<string, LoadedTile>();
   private readonly underway = new Map<string, AbortController>();
@@ -126,6 +126,7 @@ export class TileStore implements Hierarchy {
     const keys = new Set(missing.map(({ address }) => keyOf(address)));
     for (const [key, controller] of this.underway) if (!keys.has(key)) controller.abort();
     this.missing = missing;
+    if (missing.length === 0) this.failure = undefined;
     this.loadNext();
     this.evict();
   }
