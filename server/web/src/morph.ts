@@ -152,6 +152,7 @@ export function movingPrefix<S extends ShownTile>(tile: Tile, { before, after }:
 
 /** Moments at which the way of vertices is held against the triangles around them; at the first, most have no area. */
 const MOMENTS = [0.3, 0.65, 1];
+const CORNERS = [0, 1, 2] as const;
 
 /**
  * How far the ground moves across itself, at most, from one picture to the other: what a vertex slides along its triangles does not
@@ -160,16 +161,18 @@ const MOMENTS = [0.3, 0.65, 1];
 export function largestMotion<S extends ShownTile>(tile: Tile, moving: Moving<S>, scale: (place: Vector3) => number): number {
   const { from, to } = moving;
   const ways = to.map(({ position }, vertex) => position.clone().sub(from[vertex]!.position));
+  const isStill = Uint8Array.from(ways, (way) => Number(way.lengthSq() === 0));
   const [plane, triangle] = [new Vector3(), new Triangle()];
-  const corners = [triangle.a, triangle.b, triangle.c];
+  const corners = [triangle.a, triangle.b, triangle.c] as const;
+  const end = 3 * movingPrefix(tile, moving);
   let most = 0;
-  for (const moment of MOMENTS) {
-    for (let at = 0; at < 3 * movingPrefix(tile, moving); at += 3) {
-      const vertices = tile.corners.subarray(at, at + 3);
-      if (vertices.every((vertex) => ways[vertex]!.lengthSq() === 0)) continue;
-      corners.forEach((corner, n) => corner.copy(from[vertices[n]!]!.position).addScaledVector(ways[vertices[n]!]!, moment));
+  for (let at = 0; at < end; at += 3) {
+    const vertices = [tile.corners[at]!, tile.corners[at + 1]!, tile.corners[at + 2]!] as const;
+    if (isStill[vertices[0]] && isStill[vertices[1]] && isStill[vertices[2]]) continue;
+    for (const moment of MOMENTS) {
+      for (const n of CORNERS) corners[n].copy(from[vertices[n]]!.position).addScaledVector(ways[vertices[n]]!, moment);
       triangle.getNormal(plane);
-      corners.forEach((corner, n) => (most = Math.max(most, Math.abs(plane.dot(ways[vertices[n]!]!)) * scale(corner))));
+      for (const n of CORNERS) most = Math.max(most, Math.abs(plane.dot(ways[vertices[n]]!)) * scale(corners[n]));
     }
   }
   return most;

@@ -3,7 +3,6 @@
 import { MAX_ZOOM, type Address } from "./address.ts";
 import { LevelError, LevelsDecoder, type Frame, type Levels, type Run } from "./progressive/levels.ts";
 import type { Sampling } from "./progressive/split_decoder.ts";
-import type { Point } from "./progressive/surface.ts";
 
 /** Bytes of the header before the numbers of any length, and of the samples behind them. */
 const [FIXED_BYTES, SAMPLING_BYTES] = [49, 32];
@@ -308,12 +307,19 @@ function levelsOf(levels: readonly Level[], whole: number, decoded: Levels): Lev
 
 /** The arrays of a tile; heights become metres. */
 function tileOf(header: Header, levels: readonly Level[], whole: number, decoded: Levels): Tile {
-  const flat = (points: readonly Point[]) => points.flatMap(([x, y, height]) => [x, y, height * header.heightStep]);
+  const positions = new Float64Array(3 * (decoded.madeAt.length + decoded.restored.length));
+  for (const [points, start] of [[decoded.madeAt, 0], [decoded.restored, 3 * decoded.madeAt.length]] as const) {
+    points.forEach(([x, y, height], at) => {
+      positions[start + 3 * at] = x;
+      positions[start + 3 * at + 1] = y;
+      positions[start + 3 * at + 2] = height * header.heightStep;
+    });
+  }
   return {
     address: header.address,
     extentBits: header.extentBits,
     levels: levelsOf(levels, whole, decoded),
-    positions: Float64Array.from([...flat(decoded.madeAt), ...flat(decoded.restored)]),
+    positions,
     representatives: Uint32Array.from(decoded.representatives),
     corners: Uint32Array.from(decoded.corners),
   };
