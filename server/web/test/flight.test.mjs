@@ -7,27 +7,15 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { launch, quietPage } from "./browser.mjs";
+import { between, FLIGHTS, FRAMES, VIEWPORT } from "./flights.mjs";
 import { serveByNginx } from "./nginx.mjs";
 
-const VIEWPORT = { width: 640, height: 360 };
 const HOME = new URL("..", import.meta.url).pathname;
 const SETTLE_MILLISECONDS = 120_000;
 /** How long CesiumJS has to be without a request to be done. */
 const REST_MILLISECONDS = 3000;
-/** Frames between two moments of a flight. */
-const FRAMES = 24;
 /** Places of the picture, right of the panel and below the horizon, that ground has to cover. */
 const BELOW = [-0.1, 0.3, 0.6, 0.9].flatMap((x) => [-0.15, -0.4, -0.65].map((y) => [x, y]));
-
-const pose = (longitude, latitude, height, azimuth, down) => ({ longitude, latitude, height, azimuth, down });
-/** Moments of flights, by the beginning of an archive's name. */
-const FLIGHTS = {
-  jacksboro_fault: [pose(-84.3, 36.2, 9000, 20, 40), pose(-84.28, 36.22, 3000, 30, 30), pose(-84.22, 36.26, 2500, 60, 30), pose(-84.2, 36.3, 6000, 0, 45)],
-  vancouver: [
-    pose(-123.1, 49.12, 30000, 0, 40), pose(-123.12, 49.3, 6000, 20, 28), pose(-123.04, 49.4, 3500, 60, 28),
-    pose(-122.8, 49.5, 4000, 80, 28), pose(-122.5, 49.55, 3500, 300, 30), pose(-122.6, 49.5, 25000, 330, 45),
-  ],
-};
 
 let browser, nginx, tilesets;
 const complaints = [];
@@ -94,13 +82,6 @@ async function openedInCesium(name, start, pixels) {
   const milliseconds = Math.round(performance.now() - since - REST_MILLISECONDS);
   await Promise.all(sizes);
   return { page, bytesNow: async () => (await Promise.all(sizes), bytes), bytes, tiles: sizes.length, milliseconds };
-}
-
-/** A pose between two others. */
-function between(from, to, share) {
-  const turn = ((to.azimuth - from.azimuth + 540) % 360) - 180;
-  const mixed = Object.keys(from).map((part) => [part, from[part] + (to[part] - from[part]) * share]);
-  return { ...Object.fromEntries(mixed), azimuth: (from.azimuth + turn * share + 360) % 360 };
 }
 
 /** Flies from moment to moment, a pose a frame, and counts places without ground. */
