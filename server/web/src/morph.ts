@@ -12,6 +12,10 @@
 // There it is put where it stands on the coarse side instead, on the straight line between the two vertices of that around it:
 // both tiles compute that alike, to the bit, from the side alone. A vertex that neither picture shows stays with its
 // representative. So neighbours meet at every moment.
+//
+// A parent of which finer levels are not there has not all vertices of its children's coarsest surfaces. Those that it has not begin
+// on the surface that it shows, at their place in plan, or on its side, as above: the first moment then is not the very picture
+// before, but near to it.
 
 import { Triangle, Vector3 } from "three";
 import { degreesOf, keyOf, parentOf, type Address } from "./address.ts";
@@ -99,11 +103,13 @@ export class Morph<S extends ShownTile> {
     const parent = this.tileAt(parentOf(tile.address));
     const above = parent && this.placement(parent, shown);
     if (parent === undefined || above === undefined) return undefined;
-    const finest = this.spotsAt(parent, placesOf(parent, finestDetail(parent)));
+    const places = placesOf(parent, finestDetail(parent));
+    const finest = this.spotsAt(parent, places);
     // What the parent hides on its sides, this tile's coarsest surface shows.
     const spotAt = new Map(finest.map((spot, vertex) => [placeKey(spot), above.onCoarseSide.get(vertex) ?? above.spots[vertex]!]));
     const coarsest = this.spotsAt(tile, placesOf(tile, COARSEST_DETAIL));
-    const spots = coarsest.map((spot) => spotAt.get(placeKey(spot)) ?? spot);
+    const surface = new PlanSurface(parent, places, above.spots);
+    const spots = coarsest.map((spot) => spotAt.get(placeKey(spot)) ?? surface.at(spot) ?? spot);
     return { spots, onCoarseSide: this.hidden(tile, spots, COARSEST_DETAIL.fineSides) };
   }
 
@@ -131,9 +137,7 @@ export class Morph<S extends ShownTile> {
         if (!isFine) return;
         const before = vertices.slice(0, at).findLast((other) => !other.isFine);
         const after = vertices.slice(at).find((other) => !other.isFine);
-        if (before === undefined || after === undefined) return;
-        const share = (along - before.along) / (after.along - before.along);
-        hidden.set(vertex, between(spots[before.vertex]!, spots[after.vertex]!, share));
+        if (before !== undefined && after !== undefined) hidden.set(vertex, onSide(spots, before, after, along));
       });
     }
     return hidden;
@@ -148,6 +152,7 @@ export function movingPrefix<S extends ShownTile>(tile: Tile, { before, after }:
 
 /** Moments at which the way of vertices is held against the triangles around them; at the first, most have no area. */
 const MOMENTS = [0.3, 0.65, 1];
+const CORNERS = [0, 1, 2] as const;
 
 /**
  * How far the ground moves across itself, at most, from one picture to the other: what a vertex slides along its triangles does not
@@ -156,16 +161,18 @@ const MOMENTS = [0.3, 0.65, 1];
 export function largestMotion<S extends ShownTile>(tile: Tile, moving: Moving<S>, scale: (place: Vector3) => number): number {
   const { from, to } = moving;
   const ways = to.map(({ position }, vertex) => position.clone().sub(from[vertex]!.position));
+  const isStill = Uint8Array.from(ways, (way) => Number(way.lengthSq() === 0));
   const [plane, triangle] = [new Vector3(), new Triangle()];
-  const corners = [triangle.a, triangle.b, triangle.c];
+  const corners = [triangle.a, triangle.b, triangle.c] as const;
+  const end = 3 * movingPrefix(tile, moving);
   let most = 0;
-  for (const moment of MOMENTS) {
-    for (let at = 0; at < 3 * movingPrefix(tile, moving); at += 3) {
-      const vertices = tile.corners.subarray(at, at + 3);
-      if (vertices.every((vertex) => ways[vertex]!.lengthSq() === 0)) continue;
-      corners.forEach((corner, n) => corner.copy(from[vertices[n]!]!.position).addScaledVector(ways[vertices[n]!]!, moment));
+  for (let at = 0; at < end; at += 3) {
+    const vertices = [tile.corners[at]!, tile.corners[at + 1]!, tile.corners[at + 2]!] as const;
+    if (isStill[vertices[0]] && isStill[vertices[1]] && isStill[vertices[2]]) continue;
+    for (const moment of MOMENTS) {
+      for (const n of CORNERS) corners[n].copy(from[vertices[n]]!.position).addScaledVector(ways[vertices[n]]!, moment);
       triangle.getNormal(plane);
-      corners.forEach((corner, n) => (most = Math.max(most, Math.abs(plane.dot(ways[vertices[n]!]!)) * scale(corner))));
+      for (const n of CORNERS) most = Math.max(most, Math.abs(plane.dot(ways[vertices[n]]!)) * scale(corners[n]));
     }
   }
   return most;
@@ -185,6 +192,88 @@ function between(from: Spot, to: Spot, share: number): Spot {
     position: from.position.clone().lerp(to.position, share),
     own: undefined,
   };
+}
+
+/** Where a place on a side is between two vertices of it: alike for the tiles on both sides, to the bit. */
+function onSide(spots: readonly Spot[], before: SideVertex, after: SideVertex, along: number): Spot {
+  return between(spots[before.vertex]!, spots[after.vertex]!, (along - before.along) / (after.along - before.along));
+}
+
+/** Cells along a side of the grid that triangles are found by. */
+const CELLS = 32;
+
+/** A tile's finest surface as a map in plan to where a picture has its vertices. */
+class PlanSurface {
+  private readonly unitsPerDegree: number;
+  private sides: SideVertex[][] | undefined;
+  /** The triangles that touch each cell, by their first corner. */
+  private cells: number[][] | undefined;
+
+  constructor(
+    private readonly tile: Tile,
+    /** Which of the tile's positions each vertex is at in plan. */
+    private readonly places: Uint32Array,
+    private readonly spots: readonly Spot[],
+  ) {
+    this.unitsPerDegree = 2 ** tile.extentBits / degreesOf(tile.address.zoom);
+  }
+
+  /** Undefined where the tile has no surface. */
+  at({ longitude, latitude }: Spot): Spot | undefined {
+    const [west, south] = tileBounds(this.tile.address);
+    const [x, y] = [(longitude - west) * this.unitsPerDegree, (latitude - south) * this.unitsPerDegree];
+    return this.onSides(x, y) ?? this.inside(x, y);
+  }
+
+  private onSides(x: number, y: number): Spot | undefined {
+    const extent = 2 ** this.tile.extentBits;
+    const side = [x === 0, y === 0, x === extent, y === extent].indexOf(true);
+    if (side < 0) return undefined;
+    const along = side % 2 === 0 ? y : x;
+    const vertices = (this.sides ??= sideVertices(this.tile))[side]!;
+    const before = vertices.findLast((other) => other.along < along);
+    const after = vertices.find((other) => other.along > along);
+    return before && after && onSide(this.spots, before, after, along);
+  }
+
+  private inside(x: number, y: number): Spot | undefined {
+    const { corners } = this.tile;
+    for (const at of (this.cells ??= this.inCells())[this.cellOf(y) * CELLS + this.cellOf(x)]!) {
+      const [a, b, c] = [corners[at]!, corners[at + 1]!, corners[at + 2]!];
+      const [ofA, ofB, ofC] = [this.twiceArea(b, c, x, y), this.twiceArea(c, a, x, y), this.twiceArea(a, b, x, y)];
+      if (ofA < 0 || ofB < 0 || ofC < 0 || ofA + ofB + ofC === 0) continue;
+      const aside = between(this.spots[a]!, this.spots[b]!, ofA + ofB === 0 ? 0 : ofB / (ofA + ofB));
+      return between(aside, this.spots[c]!, ofC / (ofA + ofB + ofC));
+    }
+    return undefined;
+  }
+
+  private inCells(): number[][] {
+    const { corners } = this.tile;
+    const cells: number[][] = Array.from({ length: CELLS * CELLS }, () => []);
+    for (let at = 0; at < corners.length; at += 3) {
+      const [[left, right], [low, high]] = [0, 1].map((axis) => {
+        const along = [0, 1, 2].map((corner) => this.cellOf(this.coordinate(corners[at + corner]!, axis)));
+        return [Math.min(...along), Math.max(...along)];
+      }) as [[number, number], [number, number]];
+      for (let row = low; row <= high; row++) for (let column = left; column <= right; column++) cells[row * CELLS + column]!.push(at);
+    }
+    return cells;
+  }
+
+  private cellOf(units: number): number {
+    return Math.min(CELLS - 1, Math.floor((CELLS * units) / 2 ** this.tile.extentBits));
+  }
+
+  private coordinate(vertex: number, axis: number): number {
+    return this.tile.positions[3 * this.places[vertex]! + axis]!;
+  }
+
+  /** Of the triangle of two vertices and a place; negative if it is clockwise. */
+  private twiceArea(from: number, to: number, x: number, y: number): number {
+    const [fromX, fromY] = [this.coordinate(from, 0), this.coordinate(from, 1)];
+    return (this.coordinate(to, 0) - fromX) * (y - fromY) - (x - fromX) * (this.coordinate(to, 1) - fromY);
+  }
 }
 
 interface SideVertex {

@@ -11,7 +11,7 @@ export interface Detail {
 }
 
 /** Finest interior, every side fine. */
-export function finestDetail(tile: Tile): Detail {
+export function finestDetail(tile: Pick<Tile, "levels">): Detail {
   return { interior: interiorLevels(tile) - 1, fineSides: [true, true, true, true] };
 }
 
@@ -23,7 +23,7 @@ export function isSameDetail(a: Detail, b: Detail): boolean {
 }
 
 /** Whether a level is part of a level of detail. */
-function isSelected(tile: Tile, detail: Detail, level: number): boolean {
+function isSelected(tile: Pick<Tile, "levels">, detail: Detail, level: number): boolean {
   const side = level - interiorLevels(tile);
   return side < 0 ? level <= detail.interior : detail.fineSides[side] === true;
 }
@@ -60,7 +60,7 @@ export function drawnPrefix(tile: Tile, detail: Detail): number {
 }
 
 /** How many triangles the level of detail has. */
-export function triangleCount(tile: Tile, detail: Detail): number {
+export function triangleCount(tile: Pick<Tile, "levels">, detail: Detail): number {
   let start = 0;
   let count = 0;
   tile.levels.forEach(({ triangleEnd }, index) => {

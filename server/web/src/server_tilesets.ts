@@ -3,6 +3,8 @@
 import { keyOf } from "./address.ts";
 import { checkedMetadata, type Tileset } from "./tileset.ts";
 
+const PARTIAL_CONTENT = 206;
+
 /** What the server lists of one archive. */
 interface Listed {
   readonly name: string;
@@ -33,14 +35,21 @@ function tilesetOf(base: string, { name, version, metadata }: Listed): Tileset {
     name,
     metadata: checkedMetadata(name, metadata),
     source: {
-      tile: async (address, signal) => new Uint8Array(await (await answer(`${folder}/${keyOf(address)}.spt${query}`, signal)).arrayBuffer()),
-      normals: async (address, signal) => (await answer(`${folder}/gradients/${keyOf(address)}.webp${query}`, signal)).blob(),
+      tile: (address, from, count, signal) => bytesOf(`${folder}/${keyOf(address)}.spt${query}`, from, count, signal),
+      normals: async (address, signal) => (await answer(`${folder}/gradients/${keyOf(address)}.webp${query}`, { signal })).blob(),
     },
   };
 }
 
-async function answer(url: string, signal: AbortSignal): Promise<Response> {
-  const response = await fetch(url, { signal });
+/** A part of a file; a server that knows no ranges answers with the whole. */
+async function bytesOf(url: string, from: number, count: number, signal: AbortSignal): Promise<Uint8Array> {
+  const response = await answer(url, { signal, headers: { Range: `bytes=${from}-${from + count - 1}` } });
+  const bytes = new Uint8Array(await response.arrayBuffer());
+  return response.status === PARTIAL_CONTENT ? bytes : bytes.subarray(from);
+}
+
+async function answer(url: string, init: RequestInit): Promise<Response> {
+  const response = await fetch(url, init);
   if (!response.ok) throw new Error(`the server answers ${response.status}`);
   return response;
 }

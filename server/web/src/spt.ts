@@ -1,9 +1,8 @@
 // Decoder of the progressive terrain tile; docs/formats/spt.md is the definition.
 
 import { MAX_ZOOM, type Address } from "./address.ts";
-import { decodeLevels, LevelError, type Frame, type Levels, type Run } from "./progressive/levels.ts";
+import { LevelError, LevelsDecoder, type Frame, type Levels, type Run } from "./progressive/levels.ts";
 import type { Sampling } from "./progressive/split_decoder.ts";
-import type { Point } from "./progressive/surface.ts";
 
 /** Bytes of the header before the numbers of any length, and of the samples behind them. */
 const [FIXED_BYTES, SAMPLING_BYTES] = [49, 32];
@@ -52,17 +51,20 @@ export class TileError extends Error {
   override readonly name = "TileError";
 }
 
+/** The bytes of a tile end before its levels begin. */
+export class HeaderCut extends TileError {}
+
 /** How many levels come before the sides. */
-export function interiorLevels(tile: Tile): number {
-  return tile.levels.length - SIDES;
+export function interiorLevels({ levels }: Pick<Tile, "levels">): number {
+  return levels.length - SIDES;
 }
 
 /** Decodes a whole tile; throws a {@link TileError} when a length, count, index or coordinate is out of range. */
 export function decodeTile(bytes: Uint8Array): Tile {
-  const { header, entries, start } = readHead(bytes);
-  const runs = runsOf(entries, bytes.subarray(start));
-  check(runs.length === entries.length && !runs.some(({ isCut }) => isCut), "the levels are cut off");
-  return tileOf(header, entries, runs);
+  const decoder = new TileDecoder(bytes);
+  check(decoder.levelsThere === decoder.ends.length, "the levels are cut off");
+  check(decoder.ends.at(-1) === bytes.length, "the levels do not fill the tile");
+  return decoder.tile();
 }
 
 /**
@@ -70,8 +72,89 @@ export function decodeTile(bytes: Uint8Array): Tile {
  * the error of the one before, for which alone it is certified; infinity if it is the first. Levels that are missing add nothing.
  */
 export function decodeTilePrefix(bytes: Uint8Array): Tile {
-  const { header, entries, start } = readHead(bytes);
-  return tileOf(header, entries, runsOf(entries, bytes.subarray(start)));
+  const decoder = new TileDecoder(bytes);
+  check(bytes.length <= decoder.ends.at(-1)!, "the levels do not fill the tile");
+  decoder.cut();
+  return decoder.tile();
+}
+
+/** Decodes a tile while its bytes come in, each level as soon as it is whole. */
+export class TileDecoder {
+  /** Bytes of the tile up to the end of each level. */
+  readonly ends: readonly number[];
+  /** The levels as the header tells them, also those that are not there yet. */
+  readonly levels: readonly Level[];
+  private readonly header: Header;
+  private readonly decoder: LevelsDecoder;
+  /** Those that no level was decoded from yet, and how many there are before them. */
+  private waiting: Uint8Array;
+  private decoded: number;
+  private whole = 0;
+
+  /** Begins with at least the header; if that is cut, throws {@link HeaderCut}. */
+  constructor(first: Uint8Array) {
+    const { header, entries, start } = readHead(first);
+    this.header = header;
+    this.levels = entries.map(({ vertexEnd, triangleEnd, error }) => ({ vertexEnd, triangleEnd, error }));
+    this.decoder = new LevelsDecoder(header.frame);
+    this.decoded = start;
+    this.ends = endsOf(entries, start);
+    this.waiting = first.subarray(start);
+    this.decodeWhole();
+  }
+
+  get address(): Address {
+    return this.header.address;
+  }
+
+  /** How many levels are whole. */
+  get levelsThere(): number {
+    return this.whole;
+  }
+
+  /** How many bytes of the tile have come. */
+  get bytesThere(): number {
+    return this.decoded + this.waiting.length;
+  }
+
+  /** Goes on with the bytes that come next. */
+  add(bytes: Uint8Array): void {
+    const joined = new Uint8Array(this.waiting.length + bytes.length);
+    joined.set(this.waiting);
+    joined.set(bytes, this.waiting.length);
+    this.waiting = joined;
+    this.decodeWhole();
+  }
+
+  /** Decodes what is there of the level that is not whole, for nothing more will come. */
+  cut(): void {
+    const isBase = this.whole === 0;
+    if (this.whole < this.levels.length && (isBase || this.waiting.length > 0)) this.decode(this.waiting, true);
+  }
+
+  /** What has been decoded so far. Levels that are missing add nothing and have the error of the last that is whole. */
+  tile(): Tile {
+    return tileOf(this.header, this.levels, this.whole, this.decoder.levels());
+  }
+
+  private decodeWhole(): void {
+    while (this.whole < this.ends.length && this.bytesThere >= this.ends[this.whole]!) {
+      const length = this.ends[this.whole]! - this.decoded;
+      this.decode(this.waiting.subarray(0, length), false);
+      this.waiting = this.waiting.subarray(length);
+      this.decoded += length;
+      this.whole++;
+    }
+  }
+
+  private decode(bytes: Uint8Array, isCut: boolean): void {
+    const run: Run = { ...this.levels[this.whole]!, bytes, isCut };
+    try {
+      this.decoder.add(run);
+    } catch (error) {
+      throw error instanceof LevelError ? new TileError(error.message, { cause: error }) : error;
+    }
+  }
 }
 
 interface Header {
@@ -111,7 +194,7 @@ class Numbers {
     let number = 0;
     for (let place = 0; place < LONGEST_NUMBER; place++) {
       const byte = this.bytes[this.at++];
-      if (byte === undefined) throw new TileError("the header is cut off");
+      if (byte === undefined) throw new HeaderCut("the header is cut off");
       number += (byte % 128) * 128 ** place;
       if (byte < 128) return number;
     }
@@ -124,7 +207,7 @@ function check(condition: boolean, message: string): asserts condition {
 }
 
 function readHead(bytes: Uint8Array): { header: Header; entries: Entry[]; start: number } {
-  check(bytes.length >= FIXED_BYTES, `${bytes.length} bytes are too few for a header`);
+  if (bytes.length < FIXED_BYTES) throw new HeaderCut(`${bytes.length} bytes are too few for a header`);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   check(view.getUint32(0, true) === MAGIC, "the magic is not SPTL");
   const version = view.getUint8(4);
@@ -175,7 +258,7 @@ function skipFilled(view: DataView, numbers: Numbers): void {
 function readSampling(view: DataView, numbers: Numbers): Sampling {
   const { at } = numbers;
   numbers.at += SAMPLING_BYTES;
-  check(numbers.at <= view.byteLength, "the header is cut off");
+  if (numbers.at > view.byteLength) throw new HeaderCut("the header is cut off");
   const number = (index: number) => view.getFloat64(at + 8 * index, true);
   const sampling = { origin: [number(0), number(1)], step: [number(2), number(3)] } as const;
   const isNear = sampling.origin.every((coordinate) => Math.abs(coordinate) <= GREATEST_DISTANCE);
@@ -207,49 +290,36 @@ function readDirectory(numbers: Numbers, levelCount: number): Entry[] {
   return entries;
 }
 
-/** The bytes of each level, of which the last that there are any of may be cut. */
-function runsOf(entries: readonly Entry[], bytes: Uint8Array): Run[] {
-  const runs: Run[] = [];
-  let start = 0;
-  for (const { length, vertexEnd, triangleEnd } of entries) {
-    const isCut = start + length > bytes.length;
-    if (isCut && start === bytes.length && runs.length > 0) return runs;
-    runs.push({ bytes: bytes.subarray(start, start + length), isCut, vertexEnd, triangleEnd });
-    if (isCut) return runs;
-    start += length;
-  }
-  check(start === bytes.length, "the levels do not fill the tile");
-  return runs;
+function endsOf(entries: readonly Entry[], start: number): number[] {
+  let end = start;
+  return entries.map(({ length }) => (end += length));
 }
 
 /** Levels as far as they were decoded: one that is cut has the error of the one before, those missing the same. */
-function levelsOf(entries: readonly Entry[], runs: readonly Run[], decoded: Levels): Level[] {
-  const whole = runs.filter(({ isCut }) => !isCut).length;
+function levelsOf(levels: readonly Level[], whole: number, decoded: Levels): Level[] {
   const last = {
     vertexEnd: decoded.madeAt.length,
     triangleEnd: decoded.corners.length / 3,
-    error: whole > 0 ? entries[whole - 1]!.error : Infinity,
+    error: levels[whole - 1]?.error ?? Infinity,
   };
-  return entries.map(({ vertexEnd, triangleEnd, error }, index) => (index < whole ? { vertexEnd, triangleEnd, error } : last));
-}
-
-function decodeRuns(frame: Frame, runs: readonly Run[]): Levels {
-  try {
-    return decodeLevels(frame, runs);
-  } catch (error) {
-    throw error instanceof LevelError ? new TileError(error.message, { cause: error }) : error;
-  }
+  return levels.map((level, index) => (index < whole ? level : last));
 }
 
 /** The arrays of a tile; heights become metres. */
-function tileOf(header: Header, entries: readonly Entry[], runs: readonly Run[]): Tile {
-  const decoded = decodeRuns(header.frame, runs);
-  const flat = (points: readonly Point[]) => points.flatMap(([x, y, height]) => [x, y, height * header.heightStep]);
+function tileOf(header: Header, levels: readonly Level[], whole: number, decoded: Levels): Tile {
+  const positions = new Float64Array(3 * (decoded.madeAt.length + decoded.restored.length));
+  for (const [points, start] of [[decoded.madeAt, 0], [decoded.restored, 3 * decoded.madeAt.length]] as const) {
+    points.forEach(([x, y, height], at) => {
+      positions[start + 3 * at] = x;
+      positions[start + 3 * at + 1] = y;
+      positions[start + 3 * at + 2] = height * header.heightStep;
+    });
+  }
   return {
     address: header.address,
     extentBits: header.extentBits,
-    levels: levelsOf(entries, runs, decoded),
-    positions: Float64Array.from([...flat(decoded.madeAt), ...flat(decoded.restored)]),
+    levels: levelsOf(levels, whole, decoded),
+    positions,
     representatives: Uint32Array.from(decoded.representatives),
     corners: Uint32Array.from(decoded.corners),
   };

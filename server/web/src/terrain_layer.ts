@@ -4,7 +4,7 @@ import * as THREE from "three";
 import { degreesOf, keyOf, type Address } from "./address.ts";
 import { Frame } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
-import { select, type Choice } from "./select.ts";
+import { select, type Choice, type Selection } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
@@ -191,12 +191,12 @@ export class TerrainLayer {
 
   /** What a drawn tile can be drawn as: its interior levels, coarsest first, and the finest with all sides fine. */
   levelsOf(address: Address): TileLevelView[] {
-    const tile = this.store.get(address)?.tile;
-    if (tile === undefined) return [];
-    const interiors = Array.from({ length: interiorLevels(tile) }, (_, interior) => ({ ...COARSEST_DETAIL, interior }));
-    return [...interiors, finestDetail(tile)].map((detail) => {
-      const { error } = tile.levels[detail.interior]!;
-      return { detail, error, triangles: triangleCount(tile, detail) };
+    const levels = this.store.allLevels(address);
+    if (levels.length === 0) return [];
+    const interiors = Array.from({ length: interiorLevels({ levels }) }, (_, interior) => ({ ...COARSEST_DETAIL, interior }));
+    return [...interiors, finestDetail({ levels })].map((detail) => {
+      const { error } = levels[detail.interior]!;
+      return { detail, error, triangles: triangleCount({ levels }, detail) };
     });
   }
 
@@ -319,24 +319,33 @@ export class TerrainLayer {
 
   private reselect(camera: Camera, sight: Sight): void {
     this.isStale = false;
+    if (!this.blend.isRunning) this.store.takeUp();
     this.store.startSelection();
     // What is drawn is not dropped, whatever is selected.
     for (const { address } of this.drawn.values()) this.store.levels(address);
     const demand = { ...BUDGET, tolerance: this.settings.maxPixels };
-    const isLoaded = (address: Address) => this.store.get(address) !== undefined;
-    const selection = select(this.store, camera, demand, isLoaded, [...this.shown.values()]);
-    const { choices, requests } = this.alone === undefined ? selection : { choices: [this.alone], requests: [] };
+    const { choices, requests } = this.alone === undefined ? select(this.store, camera, demand, [...this.shown.values()]) : this.selectAlone(this.alone);
     if (!this.blend.isRunning) {
       this.isPictureStale = false;
       this.show(choices, camera);
     }
     this.missing = requests.length;
     this.store.request(requests);
+    // Tiles come first: what lies on coarser ones would soon be of no use.
+    if (this.store.isLoading) return;
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
     if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
       this.normals.request(seen.map(({ address }) => ({ address, detail: 0 })));
     }
     this.pictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
+  }
+
+  /** Once all of the tile is loaded. */
+  private selectAlone(choice: Choice): Pick<Selection, "choices" | "requests"> {
+    const { address } = choice;
+    const levels = this.store.allLevels(address).length;
+    const isThere = this.store.levelsThere(address) === levels;
+    return isThere ? { choices: [choice], requests: [] } : { choices: [...this.shown.values()], requests: [{ address, levels }] };
   }
 
   /** Pixels that a tile's side covers where it is nearest; those of the exaggeration do not count. */

@@ -4,37 +4,52 @@ import { keyOf, type Address } from "./address.ts";
 import { tileBounds, type Bounds, type Frame } from "./frame.ts";
 import { grown, type OrientedBox } from "./oriented_box.ts";
 import { triangleCount } from "./partition.ts";
-import type { Hierarchy, Level } from "./select.ts";
-import { decodeTile, interiorLevels, type Tile } from "./spt.ts";
+import type { Hierarchy, Level, Request } from "./select.ts";
+import { HeaderCut, interiorLevels, TileDecoder, TileError, type Tile } from "./spt.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
 import type { Tileset } from "./tileset.ts";
 
 const PARALLEL_REQUESTS = 6;
+/** What is asked for first of a tile: most tiles' headers and coarsest levels are shorter. */
+const FIRST_BYTES = 2048;
 /** Textures and indices kept, the tiles in use included. */
 export const CACHE_BYTES = 256 * 2 ** 20;
 /** Of a tile that is not loaded, some: an index and half a vertex, of which there are two places. */
 const BYTES_PER_TRIANGLE = 40;
 const RETRY_MILLISECONDS = 5000;
+const ALL_SIDES = [true, true, true, true];
 
-interface LoadedTile {
+/** What of a tile is drawn. */
+interface Drawable {
   readonly tile: Tile;
   readonly mesh: TileMesh;
-  readonly levels: readonly Level[];
+  /** How many levels it has. */
+  readonly there: number;
+}
+
+interface LoadedTile {
+  decoder: TileDecoder;
+  /** Behind what was decoded until there is a time to take it up. */
+  drawable: Drawable;
   /** Number of the selection that last asked for it. */
   lastAsked: number;
 }
 
-/** Loads tiles and answers what the selection asks. */
+/** Loads tiles, level by level, and answers what the selection asks. */
 export class TileStore implements Hierarchy {
   readonly roots: readonly Address[];
   bytesLoaded = 0;
-  /** What went wrong last, in one line; undefined once loading works again. */
+  /** What went wrong last, in one line; undefined once loading works again, or nothing is missing. */
   failure: string | undefined;
   private readonly loaded = new Map<string, LoadedTile>();
   private readonly underway = new Map<string, AbortController>();
   private readonly retryAt = new Map<string, number>();
+  /** Tiles that are loaded in part, and whose next bytes could not be decoded: they have to begin anew. */
+  private readonly broken = new Set<string>();
   private readonly boxes = new Map<string, OrientedBox>();
   private selection = 0;
+  /** What was asked for last. */
+  private missing: readonly Request[] = [];
   private isClosed = false;
 
   /** `onLoad` is called after each tile that came in or failed. */
@@ -75,12 +90,30 @@ export class TileStore implements Hierarchy {
     const found = this.loaded.get(keyOf(address));
     if (found === undefined) return this.expectedLevels(address);
     found.lastAsked = this.selection;
-    return found.levels;
+    return levelsOf(found);
+  }
+
+  levelsThere(address: Address): number {
+    return this.loaded.get(keyOf(address))?.drawable.there ?? 0;
   }
 
   /** A loaded tile and what draws it. */
-  get(address: Address): { tile: Tile; mesh: TileMesh } | undefined {
-    return this.loaded.get(keyOf(address));
+  get(address: Address): Drawable | undefined {
+    return this.loaded.get(keyOf(address))?.drawable;
+  }
+
+  /** What a tile's header says of its levels, the four sides among them. */
+  allLevels(address: Address): TileDecoder["levels"] {
+    return this.loaded.get(keyOf(address))?.decoder.levels ?? [];
+  }
+
+  /** Lets levels be drawn that have come in since. It takes the place of tiles and meshes, so that what is drawn has to be shown anew. */
+  takeUp(): void {
+    for (const [key, entry] of this.loaded) {
+      if (entry.decoder.levelsThere === entry.drawable.there) continue;
+      entry.drawable.mesh.dispose();
+      this.keep(key, entry.decoder);
+    }
   }
 
   /** Call before each selection: what it does not ask for may be dropped. */
@@ -89,15 +122,12 @@ export class TileStore implements Hierarchy {
   }
 
   /** Loads the most urgent tiles, gives up requests for tiles no longer missing, and drops what is long unused. */
-  request(missing: readonly Address[]): void {
-    const keys = new Set(missing.map(keyOf));
+  request(missing: readonly Request[]): void {
+    const keys = new Set(missing.map(({ address }) => keyOf(address)));
     for (const [key, controller] of this.underway) if (!keys.has(key)) controller.abort();
-    const now = Date.now();
-    const ready = missing.filter((tile) => {
-      const key = keyOf(tile);
-      return !this.underway.has(key) && (this.retryAt.get(key) ?? 0) <= now;
-    });
-    for (const tile of ready.slice(0, Math.max(0, PARALLEL_REQUESTS - this.underway.size))) void this.load(tile);
+    this.missing = missing;
+    if (missing.length === 0) this.failure = undefined;
+    this.loadNext();
     this.evict();
   }
 
@@ -107,38 +137,79 @@ export class TileStore implements Hierarchy {
     for (const key of [...this.loaded.keys()]) this.drop(key);
   }
 
-  private async load(address: Address): Promise<void> {
+  /** As many as may be under way. */
+  private loadNext(): void {
+    const now = Date.now();
+    const ready = this.missing.filter(({ address, levels }) => {
+      const key = keyOf(address);
+      const isThere = (this.loaded.get(key)?.decoder.levelsThere ?? 0) >= levels;
+      return !isThere && !this.underway.has(key) && (this.retryAt.get(key) ?? 0) <= now;
+    });
+    for (const tile of ready.slice(0, Math.max(0, PARALLEL_REQUESTS - this.underway.size))) void this.load(tile);
+  }
+
+  private async load({ address, levels }: Request): Promise<void> {
     const key = keyOf(address);
     const controller = new AbortController();
     this.underway.set(key, controller);
     try {
-      const tile = await this.fetchTile(address, controller.signal);
-      if (!this.isClosed) this.keep(key, tile);
+      const known = this.broken.has(key) ? undefined : this.loaded.get(key)?.decoder;
+      const decoder = known ?? (await this.begin(address, controller.signal));
+      await this.goOn(decoder, levels, controller.signal);
+      if (!this.isClosed) this.accept(key, decoder);
       this.failure = undefined;
     } catch (error) {
+      if (error instanceof TileError) this.broken.add(key);
       if (!controller.signal.aborted) this.fail(key, error);
     }
     this.underway.delete(key);
-    if (!this.isClosed) this.onLoad();
+    if (this.isClosed) return;
+    // The line is not idle until the next frame.
+    this.loadNext();
+    this.onLoad();
   }
 
-  private async fetchTile(address: Address, signal: AbortSignal): Promise<Tile> {
-    const bytes = await this.tileset.source.tile(address, signal);
-    const tile = decodeTile(bytes);
-    if (keyOf(tile.address) !== keyOf(address)) throw new Error(`there is tile ${keyOf(tile.address)}`);
+  /** The first bytes of a tile, at least its header. */
+  private async begin(address: Address, signal: AbortSignal): Promise<TileDecoder> {
+    for (let count = FIRST_BYTES; ; count *= 4) {
+      const bytes = await this.bytes(address, 0, count, signal);
+      try {
+        const decoder = new TileDecoder(bytes);
+        if (keyOf(decoder.address) !== keyOf(address)) throw new Error(`there is tile ${keyOf(decoder.address)}`);
+        return decoder;
+      } catch (error) {
+        if (!(error instanceof HeaderCut) || bytes.length < count) throw error;
+      }
+    }
+  }
+
+  /** Loads a tile's bytes up to the end of so many levels. */
+  private async goOn(decoder: TileDecoder, levels: number, signal: AbortSignal): Promise<void> {
+    const end = decoder.ends[Math.min(levels, decoder.ends.length) - 1]!;
+    if (decoder.bytesThere >= end) return;
+    const bytes = await this.bytes(decoder.address, decoder.bytesThere, end - decoder.bytesThere, signal);
+    decoder.add(bytes);
+    if (decoder.bytesThere < end) throw new Error("the levels are cut off");
+  }
+
+  private async bytes(address: Address, from: number, count: number, signal: AbortSignal): Promise<Uint8Array> {
+    const bytes = await this.tileset.source.tile(address, from, count, signal);
     this.bytesLoaded += bytes.length;
-    return tile;
+    return bytes;
   }
 
-  private keep(key: string, tile: Tile): void {
-    const mesh = new TileMesh(tile, this.frame, this.shared);
-    const fineSides = [true, true, true, true];
-    const levels = tile.levels.slice(0, interiorLevels(tile)).map(({ error }, interior) => {
-      const isFinest = interior + 1 === interiorLevels(tile);
-      const triangles = triangleCount(tile, { interior, fineSides: isFinest ? fineSides : [] });
-      return { error, triangles, bytes: mesh.byteLength };
-    });
-    this.loaded.set(key, { tile, mesh, levels, lastAsked: this.selection });
+  /** What is drawn of a tile already is only replaced by {@link takeUp}. */
+  private accept(key: string, decoder: TileDecoder): void {
+    const known = this.loaded.get(key);
+    if (known === undefined) this.keep(key, decoder);
+    else known.decoder = decoder;
+    this.broken.delete(key);
+  }
+
+  private keep(key: string, decoder: TileDecoder): void {
+    const tile = decoder.tile();
+    const drawable = { tile, mesh: new TileMesh(tile, this.frame, this.shared), there: decoder.levelsThere };
+    this.loaded.set(key, { decoder, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
     this.boxes.set(key, this.boxOf(tile));
   }
 
@@ -162,16 +233,16 @@ export class TileStore implements Hierarchy {
 
   private evict(): void {
     const oldestFirst = [...this.loaded].sort(([, a], [, b]) => a.lastAsked - b.lastAsked);
-    let bytes = oldestFirst.reduce((sum, [, { mesh }]) => sum + mesh.byteLength, 0);
-    for (const [key, { mesh, lastAsked }] of oldestFirst) {
+    let bytes = oldestFirst.reduce((sum, [, { drawable }]) => sum + drawable.mesh.byteLength, 0);
+    for (const [key, { drawable, lastAsked }] of oldestFirst) {
       if (bytes <= CACHE_BYTES || lastAsked === this.selection) return;
-      bytes -= mesh.byteLength;
+      bytes -= drawable.mesh.byteLength;
       this.drop(key);
     }
   }
 
   private drop(key: string): void {
-    this.loaded.get(key)?.mesh.dispose();
+    this.loaded.get(key)?.drawable.mesh.dispose();
     this.loaded.delete(key);
   }
 
@@ -186,6 +257,15 @@ export class TileStore implements Hierarchy {
   private boxBetween(address: Address, heights: readonly [number, number]): OrientedBox {
     return this.frame.orientedBox(overlap(tileBounds(address), this.tileset.metadata.bounds), heights);
   }
+}
+
+/** The interior levels of a tile; the finest with all sides fine. Its mesh holds those that are there. */
+function levelsOf({ decoder: { levels }, drawable }: LoadedTile): readonly Level[] {
+  const count = interiorLevels({ levels });
+  return levels.slice(0, count).map(({ error }, interior) => {
+    const triangles = triangleCount({ levels }, { interior, fineSides: interior + 1 === count ? ALL_SIDES : [] });
+    return { error, triangles, bytes: drawable.mesh.byteLength };
+  });
 }
 
 /** The part of a tile that holds data, or the whole tile where the data cross the antimeridian. */

@@ -34,8 +34,8 @@ export interface Metadata {
 
 /** Where tiles come from: a server, or the archive itself. What it cannot get is an error of one line. */
 export interface TileSource {
-  /** The bytes of a tile that exists. */
-  tile(address: Address, signal: AbortSignal): Promise<Uint8Array>;
+  /** The bytes of a tile that exists from one on: at least so many, or all that there are. */
+  tile(address: Address, from: number, count: number, signal: AbortSignal): Promise<Uint8Array>;
   /** The picture of the normals of a tile's square; undefined where the source has none at all. */
   readonly normals: ((address: Address, signal: AbortSignal) => Promise<Blob>) | undefined;
 }

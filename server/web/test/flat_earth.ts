@@ -17,11 +17,12 @@ export const PYRAMID: Pyramid = {
 export const AXES = [new Vector3(1, 0, 0), new Vector3(0, 1, 0), new Vector3(0, 0, 1)] as const;
 
 /** A flat Earth of one metre a degree, all of whose tiles exist. West of the middle, errors are `calm` times those of the east. */
-export function flatEarth(calm = 1): Hierarchy {
+export function flatEarth(calm = 1, levelsThere: Hierarchy["levelsThere"] = () => Infinity): Hierarchy {
   const roughness = ({ zoom, x }: Address) => (x < 2 ** zoom ? calm : 1);
   return {
     roots: [0, 1].map((x) => ({ zoom: 0, x, y: 0 })),
     exists: ({ zoom }) => zoom <= PYRAMID.leafZoom,
+    levelsThere: (tile) => (tile.zoom <= PYRAMID.leafZoom ? levelsThere(tile) : 0),
     bounds: ({ zoom, x, y }) => {
       const half = degreesOf(zoom) / 2;
       return { centre: new Vector3((2 * x + 1) * half, (2 * y + 1) * half, 0), axes: AXES, halfSizes: [half, half, 0] };

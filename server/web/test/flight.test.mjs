@@ -1,31 +1,21 @@
 // A recorded flight over an archive, in the page and in CesiumJS, which gets the same archive as quantized-mesh.
 // TERRAIN_URL: a terrain-server. Flights are over those of its archives that are there; TERRAIN_SCREENSHOTS: where to leave pictures.
+// TERRAIN_KBITS: the line to the terrain, once a page's own program is there, so many kbit/s with 40 ms to the server and back; the
+// page then has no light of normals, as CesiumJS has none.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { launch, quietPage } from "./browser.mjs";
+import { between, FLIGHTS, FRAMES, VIEWPORT } from "./flights.mjs";
 import { serveByNginx } from "./nginx.mjs";
 
-const VIEWPORT = { width: 640, height: 360 };
 const HOME = new URL("..", import.meta.url).pathname;
 const SETTLE_MILLISECONDS = 120_000;
 /** How long CesiumJS has to be without a request to be done. */
 const REST_MILLISECONDS = 3000;
-/** Frames between two moments of a flight. */
-const FRAMES = 24;
 /** Places of the picture, right of the panel and below the horizon, that ground has to cover. */
 const BELOW = [-0.1, 0.3, 0.6, 0.9].flatMap((x) => [-0.15, -0.4, -0.65].map((y) => [x, y]));
-
-const pose = (longitude, latitude, height, azimuth, down) => ({ longitude, latitude, height, azimuth, down });
-/** Moments of flights, by the beginning of an archive's name. */
-const FLIGHTS = {
-  jacksboro_fault: [pose(-84.3, 36.2, 9000, 20, 40), pose(-84.28, 36.22, 3000, 30, 30), pose(-84.22, 36.26, 2500, 60, 30), pose(-84.2, 36.3, 6000, 0, 45)],
-  vancouver: [
-    pose(-123.1, 49.12, 30000, 0, 40), pose(-123.12, 49.3, 6000, 20, 28), pose(-123.04, 49.4, 3500, 60, 28),
-    pose(-122.8, 49.5, 4000, 80, 28), pose(-122.5, 49.55, 3500, 300, 30), pose(-122.6, 49.5, 25000, 330, 45),
-  ],
-};
 
 let browser, nginx, tilesets;
 const complaints = [];
@@ -41,12 +31,32 @@ after(async () => {
   await nginx?.stop();
 });
 
+const LINE = { offline: false, latency: 40, downloadThroughput: Number(process.env.TERRAIN_KBITS) * 125, uploadThroughput: -1 };
+
+/** Opens an address; where a line is asked for, what the terrain begins with waits for it. Tells from when on time counts. */
+async function openedOn(page, address, begins) {
+  if (process.env.TERRAIN_KBITS === undefined) {
+    const since = performance.now();
+    await page.goto(address);
+    return since;
+  }
+  const session = await page.context().newCDPSession(page);
+  const waiting = new Promise((resolve) => page.route(begins, resolve));
+  await page.goto(address);
+  const route = await waiting;
+  await page.evaluate(() => document.querySelector("#light:checked")?.click());
+  await session.send("Network.emulateNetworkConditions", LINE);
+  const since = performance.now();
+  await route.continue();
+  await page.unroute(begins);
+  return since;
+}
+
 /** A new page of the terrain from a pose, and the bytes and milliseconds until all that it needs is drawn. */
 async function opened(name, start, pixels) {
   const page = await quietPage(browser, complaints, VIEWPORT);
   const link = [start.latitude, start.longitude, start.height, start.azimuth, start.down].join(",");
-  const since = performance.now();
-  await page.goto(`${process.env.TERRAIN_URL}?pixels=${pixels}#${name}/${link}`);
+  const since = await openedOn(page, `${process.env.TERRAIN_URL}?pixels=${pixels}#${name}/${link}`, "**/tilesets");
   await page.waitForFunction(() => window.terrain !== undefined);
   await settled(page);
   const { bytes, normalsBytes, triangles } = await page.evaluate(() => window.terrain.stats());
@@ -66,20 +76,12 @@ async function openedInCesium(name, start, pixels) {
   page.on("requestfinished", (request) => {
     if (request.url().includes(".terrain")) sizes.push(request.sizes().then(({ responseBodySize }) => (bytes += responseBodySize)));
   });
-  const since = performance.now();
   const query = new URLSearchParams({ tileset: new URL(name, process.env.TERRAIN_URL), pixels, pose: JSON.stringify(start) });
-  await page.goto(`${nginx.url}test/flight_cesium.html?${query}`);
+  const since = await openedOn(page, `${nginx.url}test/flight_cesium.html?${query}`, "**/layer.json");
   await page.waitForFunction(() => window.isReady && window.isSettled(), undefined, { timeout: SETTLE_MILLISECONDS });
   const milliseconds = Math.round(performance.now() - since - REST_MILLISECONDS);
   await Promise.all(sizes);
   return { page, bytesNow: async () => (await Promise.all(sizes), bytes), bytes, tiles: sizes.length, milliseconds };
-}
-
-/** A pose between two others. */
-function between(from, to, share) {
-  const turn = ((to.azimuth - from.azimuth + 540) % 360) - 180;
-  const mixed = Object.keys(from).map((part) => [part, from[part] + (to[part] - from[part]) * share]);
-  return { ...Object.fromEntries(mixed), azimuth: (from.azimuth + turn * share + 360) % 360 };
 }
 
 /** Flies from moment to moment, a pose a frame, and counts places without ground. */

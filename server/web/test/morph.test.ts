@@ -10,17 +10,37 @@ import { flatEarth, PYRAMID, viewFrom } from "./flat_earth.ts";
 import { gridTile } from "./grid_pyramid.ts";
 
 const frame = new Frame(10, 20);
-const tiles = new Map<string, Tile>();
+let tiles = new Map<string, Tile>();
+/** How many levels of tiles are there. */
+let levelsThere: (address: Address) => number = () => Infinity;
 function tileAt(address: Address): Tile {
   const key = keyOf(address);
-  const tile = tiles.get(key) ?? gridTile(PYRAMID, address);
+  const tile = tiles.get(key) ?? cut(gridTile(PYRAMID, address), levelsThere(address));
   tiles.set(key, tile);
   return tile;
 }
 
+/** A tile of which so many levels are there. */
+function cut(tile: Tile, count: number): Tile {
+  const last = tile.levels[Math.min(count, tile.levels.length) - 1]!;
+  const vertices = tile.representatives.length;
+  const corner = (vertex: number): number => (vertex < last.vertexEnd ? vertex : corner(tile.representatives[vertex]!));
+  return {
+    ...tile,
+    levels: tile.levels.map((level, index) => (index < count ? level : last)),
+    positions: Float64Array.of(...tile.positions.subarray(0, 3 * last.vertexEnd), ...tile.positions.subarray(3 * vertices, 3 * (vertices + last.vertexEnd))),
+    representatives: tile.representatives.slice(0, last.vertexEnd),
+    corners: tile.corners.slice(0, 3 * last.triangleEnd).map(corner),
+  };
+}
+
+function loadedAre(levels: (address: Address) => number): void {
+  [tiles, levelsThere] = [new Map(), levels];
+}
+
 function pictureFrom(x: number, y: number, z: number, tolerance = 2): Map<string, Choice> {
   const { camera, demand } = viewFrom(x, y, z, tolerance);
-  const { choices } = select(flatEarth(), camera, demand, () => true, []);
+  const { choices } = select(flatEarth(1, levelsThere), camera, demand, []);
   return new Map(choices.map((choice) => [keyOf(choice.address), choice]));
 }
 
@@ -84,6 +104,37 @@ for (const [at, view] of FLIGHT.entries()) {
     for (const blend of [0, 0.25, 0.5, 0.9, 1]) assert.deepEqual(gaps(moving, blend).slice(0, 3), [], `at ${blend}`);
   });
 }
+
+const chance = ({ zoom, x, y }: Address, of: number) => (zoom * 31 + x * 17 + y * 7) % of;
+
+for (const [name, levels] of [
+  ["some levels of each", (address: Address) => 1 + chance(address, 7)],
+  ["one level of each", () => 1],
+  ["some levels of some", (address: Address) => (address.zoom < 3 ? 7 : chance(address, 8))],
+] as const) {
+  test(`where ${name} tile are there, neighbours meet to the bit at every moment`, () => {
+    loadedAre(levels);
+    for (const [at, view] of FLIGHT.entries()) {
+      const moving = allMoving(pictureFrom(...FLIGHT.at(at - 1)!), pictureFrom(...view));
+      for (const blend of [0, 0.5, 1]) assert.deepEqual(gaps(moving, blend).slice(0, 3), [], `before ${view}, at ${blend}`);
+    }
+    loadedAre(() => Infinity);
+  });
+}
+
+test("what a parent does not know begins on the surface that it shows, at its place in plan", () => {
+  loadedAre(() => 1);
+  const [before, after] = [pictureFrom(180, 90, 1e5), pictureFrom(100, 60, 60)];
+  let moved = 0;
+  for (const { from, to } of new Morph<ShownTile>(frame, tileAt).between(before, after)) {
+    for (const [vertex, spot] of from.entries()) {
+      assert.ok(Math.abs(spot.longitude - to[vertex]!.longitude) < 1e-9 && Math.abs(spot.latitude - to[vertex]!.latitude) < 1e-9);
+      if (Math.abs(spot.height - to[vertex]!.height) > 0.1) moved++;
+    }
+  }
+  loadedAre(() => Infinity);
+  assert.ok(moved > 20, `${moved} vertices`);
+});
 
 test("at both ends, the vertices that are drawn are those of the pictures", () => {
   for (const [earlier, later] of [[FLIGHT[2]!, FLIGHT[3]!], [FLIGHT[3]!, FLIGHT[7]!]] as const) {

@@ -10,14 +10,18 @@ import { interiorLevels, type Tile } from "../src/spt.ts";
 import { AXES, flatEarth, PYRAMID, viewFrom, type View } from "./flat_earth.ts";
 import { gridTile } from "./grid_pyramid.ts";
 
-function selected(tiles: Hierarchy, { camera, demand }: View, isLoaded: (tile: Address) => boolean = () => true): Selection {
-  return select(tiles, camera, demand, isLoaded, []);
+function selected(tiles: Hierarchy, { camera, demand }: View): Selection {
+  return select(tiles, camera, demand, []);
 }
 
-/** All coarse tiles, and of the finer ones most, by a fixed rule that looks like chance. */
-function isMostlyLoaded({ zoom, x, y }: Address): boolean {
-  return zoom < 4 || (zoom * 31 + x * 17 + y * 7) % 13 !== 0;
-}
+const chance = ({ zoom, x, y }: Address, of: number) => (zoom * 31 + x * 17 + y * 7) % of;
+/** How many levels of a tile there are: all coarse tiles whole, and of the finer ones most, by fixed rules that look like chance. */
+const LOADED = {
+  "all tiles": () => Infinity,
+  "some tiles": (tile: Address) => (tile.zoom < 4 || chance(tile, 13) !== 0 ? Infinity : 0),
+  "some levels of all tiles": (tile: Address) => (tile.zoom < 4 ? Infinity : 1 + chance(tile, 7)),
+  "some levels of some tiles": (tile: Address) => (tile.zoom < 4 ? 4 + chance(tile, 4) : chance(tile, 8)),
+} as const;
 
 test("a metre at a hundred metres is as large as half the field of view says", () => {
   const { camera } = viewFrom(0, 0, 0);
@@ -55,18 +59,57 @@ test("what is out of sight is not refined beyond what its neighbours need", () =
   assert.ok(inSight.choices.length < selected(flatEarth(), view).choices.length);
 });
 
-for (const [name, isLoaded] of [["all", () => true], ["some", isMostlyLoaded]] as const) {
+for (const [name, levelsThere] of Object.entries(LOADED)) {
   for (const [x, y, z] of [[100, 60, 2], [0.5, 90, 3], [359, 3, 1]] as const) {
-    test(`with ${name} tiles loaded, the view from ${x}, ${y}, ${z} covers the Earth once, without a gap`, async () => {
-      const { choices, requests } = selected(flatEarth(), viewFrom(x, y, z), isLoaded);
-      assert.equal(requests.length > 0, name === "some");
-      assert.ok(new Set(choices.map(({ address }) => address.zoom)).size > 2, "several zooms are on show");
+    test(`with ${name} loaded, the view from ${x}, ${y}, ${z} covers the Earth once, without a gap`, async () => {
+      const { choices, requests } = selected(flatEarth(1, levelsThere), viewFrom(x, y, z));
+      assert.equal(requests.length > 0, name !== "all tiles");
+      assert.ok(new Set(choices.map(({ address }) => address.zoom)).size > 1, "several zooms are on show");
       const area = choices.reduce((sum, { address }) => sum + degreesOf(address.zoom) ** 2, 0);
       assert.equal(area, 360 * 180);
+      for (const choice of choices) assert.ok(levelsOf(choice) <= levelsThere(choice.address), `${keyOf(choice.address)}: levels that are not there`);
       assert.deepEqual(await openEdges(choices), []);
     });
   }
 }
+
+/** How many levels of a tile, of which three are interior, a choice needs. */
+const levelsOf = ({ interior, fineSides }: Choice) => (fineSides.includes(true) ? 4 + fineSides.lastIndexOf(true) : interior + 1);
+
+test("whatever is asked for, level by level, the picture becomes that of all tiles, and never coarser on the way", () => {
+  const [view, there] = [viewFrom(100, 60, 2), new Map<string, number>()];
+  const tiles = flatEarth(1, (tile) => there.get(keyOf(tile)) ?? 0);
+  const pixelsOf = ({ address, error }: Choice) => screenSpaceError(error, distanceTo(tiles.bounds(address), view.camera.eye), view.camera);
+  let [before, worst, bytes] = [[] as readonly Choice[], Infinity, 0];
+  for (let step = 0; ; step++) {
+    const { choices, requests } = select(tiles, view.camera, view.demand, before);
+    const now = choices.length === 0 ? Infinity : Math.max(...choices.map(pixelsOf));
+    assert.ok(now <= worst, `step ${step}: ${worst} → ${now} pixels`);
+    [before, worst] = [choices, now];
+    const [first] = requests;
+    if (first === undefined) break;
+    there.set(keyOf(first.address), first.levels);
+    bytes += first.levels;
+    assert.ok(step < 2000);
+  }
+  assert.deepEqual(before, selected(flatEarth(), view).choices);
+  assert.ok(bytes < 0.7 * 7 * there.size, `${bytes} levels of ${there.size} tiles`);
+});
+
+test("of tiles out of sight one level is asked for, of those in sight as many as are good enough", () => {
+  const view = viewFrom(100, 60, 8);
+  const camera = { ...view.camera, frustum: [{ normal: new Vector3(1, 0, 0), constant: -90 }] };
+  const there = new Set<string>();
+  const tiles = flatEarth(1, (tile) => (there.has(keyOf(tile)) ? 1 : 0));
+  for (let round = 0; round < 10; round++) {
+    for (const { address } of select(tiles, camera, view.demand, []).requests) there.add(keyOf(address));
+  }
+  const requests = select(tiles, camera, view.demand, []).requests;
+  assert.ok(requests.length > 0 && requests.every(({ levels }) => levels > 1));
+  const sight = new Sight(camera);
+  const outOfSight = requests.filter(({ address }) => !sight.sees(tiles.bounds(address)));
+  assert.ok(outOfSight.every(({ levels }) => levels > 3), "but for their sides");
+});
 
 test("rough ground beside calm ground: calm tiles stay coarse inside, but not where a side must be fine", async () => {
   const { choices } = selected(flatEarth(1 / 64), viewFrom(185, 60, 2));

@@ -33,6 +33,7 @@ const { pyramids, cases } = JSON.parse(readFileSync("../../tests/selection/cases
 };
 const HIERARCHIES = pyramids.map(hierarchyOf);
 
+/** In which all tiles are loaded. */
 function hierarchyOf(tiles: readonly Tile[]): Hierarchy {
   const known = new Map(tiles.map((tile) => [tile.tile.join("/"), { box: boxOf(tile), levels: tile.levels.map(levelOf) }]));
   return {
@@ -40,6 +41,7 @@ function hierarchyOf(tiles: readonly Tile[]): Hierarchy {
     exists: (address) => known.has(keyOf(address)),
     bounds: (address) => known.get(keyOf(address))!.box,
     levels: (address) => known.get(keyOf(address))!.levels,
+    levelsThere: () => Infinity,
   };
 }
 
@@ -77,11 +79,11 @@ function answerTo({ pyramid, eye, frustum, pixels_per_radian, ground, loaded, be
     pixelsPerRadian: pixels_per_radian,
     ground: ground === null ? undefined : { ...ground, centre: vector(ground.centre), axis: vector(ground.axis) },
   };
-  const isLoaded = (address: Address) => keys === null || keys.has(keyOf(address));
-  const { choices, requests, tolerance } = select(HIERARCHIES[pyramid]!, camera, demand, isLoaded, before.map(choiceOf));
+  const levelsThere = (address: Address) => (keys === null || keys.has(keyOf(address)) ? Infinity : 0);
+  const { choices, requests, tolerance } = select({ ...HIERARCHIES[pyramid]!, levelsThere }, camera, demand, before.map(choiceOf));
   return {
     choices: choices.map(recordOf),
-    requests: requests.map(({ zoom, x, y }) => [zoom, x, y]),
+    requests: requests.map(({ address: { zoom, x, y } }) => [zoom, x, y]),
     tolerance: Number.isFinite(tolerance) ? tolerance : null,
   };
 }

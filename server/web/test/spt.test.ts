@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { decodeTile, decodeTilePrefix, TileError } from "../src/spt.ts";
+import { decodeTile, decodeTilePrefix, HeaderCut, TileDecoder, TileError } from "../src/spt.ts";
 
 // Written by the encoder in Rust; what its own decoder makes of the larger one stands beside it.
 const GOLDEN = "../../tiles/golden/";
@@ -46,6 +46,31 @@ test("of the first tenth of a tile the decoder in Rust makes the same, byte for 
   assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}square_v3_tenth.arrays`)));
   assert.equal(levels[0]!.error, Infinity, "no level is whole");
   assert.deepEqual(decodeTilePrefix(whole).levels, decodeTile(whole).levels);
+});
+
+test("a tile that comes in pieces is decoded on from level to level, to the same as a whole one", () => {
+  const whole = readFileSync(`${GOLDEN}square_v3.spt`);
+  const first = new TileDecoder(whole.subarray(0, 300));
+  const { ends } = first;
+  assert.equal(ends.at(-1), whole.length);
+  assert.deepEqual(first.levels, decodeTile(whole).levels);
+  for (const [level, end] of ends.entries()) {
+    // A byte short of the level, then it and the beginning of the next one.
+    if (first.bytesThere < end - 1) first.add(whole.subarray(first.bytesThere, end - 1));
+    if (first.bytesThere < end) assert.equal(first.levelsThere, level);
+    first.add(whole.subarray(first.bytesThere, end + 5));
+    assert.ok(first.levelsThere > level);
+    if (first.levelsThere !== level + 1) continue;
+    assert.deepEqual(first.tile(), decodeTilePrefix(whole.subarray(0, end)));
+  }
+  assert.deepEqual(first.tile(), decodeTile(whole));
+});
+
+test("a header that is cut is told from one that is wrong", () => {
+  for (const length of [0, 48, 60]) assert.throws(() => new TileDecoder(SMALL.subarray(0, length)), HeaderCut, `${length} bytes`);
+  const wrong = Uint8Array.from(SMALL);
+  wrong[0] = 0;
+  assert.throws(() => new TileDecoder(wrong), (error: Error) => error instanceof TileError && !(error instanceof HeaderCut));
 });
 
 test("a tile cut off anywhere is refused", () => {

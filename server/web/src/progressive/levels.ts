@@ -49,17 +49,29 @@ export class LevelError extends Error {
   override readonly name = "LevelError";
 }
 
-/** Decodes levels, of which the last may be cut. */
-export function decodeLevels(frame: Frame, runs: readonly Run[]): Levels {
-  let reader: LevelReader | undefined;
-  runs.forEach((run, index) => {
+/** Decodes one level after the other. */
+export class LevelsDecoder {
+  private reader: LevelReader | undefined;
+  private count = 0;
+
+  constructor(private readonly frame: Frame) {}
+
+  /** Decodes the next level. Behind one that is cut there is none. */
+  add(run: Run): void {
+    const { frame } = this;
     const decoder = new RangeDecoder(run.bytes, run.isCut);
     check(frame.baseVertices <= run.vertexEnd && frame.baseTriangles <= run.triangleEnd, "a base of more than level 0");
-    reader ??= new LevelReader(frame, readBase(decoder, frame));
-    reader.read(decoder, index === 0 ? Stage.Base : index >= frame.boundaryFrom ? Stage.Boundary : Stage.Level, run);
-  });
-  if (reader === undefined) throw new LevelError("no level");
-  return reader.levels();
+    this.reader ??= new LevelReader(frame, readBase(decoder, frame));
+    const stage = this.count === 0 ? Stage.Base : this.count >= frame.boundaryFrom ? Stage.Boundary : Stage.Level;
+    this.reader.read(decoder, stage, run);
+    this.count++;
+  }
+
+  /** What has been decoded so far. It changes with the next level. */
+  levels(): Levels {
+    if (this.reader === undefined) throw new LevelError("no level");
+    return this.reader.levels();
+  }
 }
 
 function check(condition: boolean, message: string): asserts condition {
