@@ -1,5 +1,7 @@
 """Heights along a line: profile.py ARCHIVE WEST SOUTH EAST NORTH COUNT
 
+Then the ground below a square of 1 km in the local frame of the line's first place, as a simulator has it.
+
   pip install heights/python && python heights/examples/profile.py vancouver.pmtiles -123.2 49.3 -122.9 49.5 100
 """
 
@@ -26,6 +28,12 @@ def main() -> None:
             print(f"{at} {grounds.height[place]:.4f} {grounds.error[place]:.4f} {normal}")
         else:
             print(at, words[grounds.status[place]])
+    frame = terrain_heights.Frame(west, south)
+    easts, norths = [side.ravel() for side in numpy.meshgrid(numpy.linspace(0, 1000, 5), numpy.linspace(0, 1000, 5))]
+    ups = heights.in_frame_many(frame, easts, norths)
+    print("metres east, north and up of the first place")
+    for place in numpy.flatnonzero(ups.status == terrain_heights.MEASURED):
+        print(f"{easts[place]:.0f} {norths[place]:.0f} {ups.height[place]:.4f} {ups.error[place]:.4f}")
 
 
 if __name__ == "__main__":

@@ -28,13 +28,26 @@ typedef struct TerrainHeights TerrainHeights;
 
 // The ground at a place.
 typedef struct TerrainGround {
-  // Metres above what `terrain_heights_above` says.
+  // Metres above what `terrain_heights_above` says; in a frame, metres up of its origin.
   double height;
-  // Metres along the vertical that the source may be from that, certified.
+  // Metres along the vertical that the source may be from that, certified; in a frame, along its up.
   double error;
-  // Unit normal of the surface: east, north, up.
+  // Unit normal of the surface: east, north, up, of the place or of the frame.
   double normal[3];
 } TerrainGround;
+
+// A local frame: metres east, north and up of its origin, flat in space, so that the Earth curves away below. All in Earth-centred
+// metres. `terrain_frame` makes it; a program may as well set it itself, the axes being unit vectors at right angles.
+typedef struct TerrainFrame {
+  // Where its origin is.
+  double origin[3];
+  // Its axis to the east.
+  double east[3];
+  // Its axis to the north.
+  double north[3];
+  // Its axis upwards.
+  double up[3];
+} TerrainFrame;
 
 #ifdef __cplusplus
 extern "C" {
@@ -80,6 +93,30 @@ enum TerrainStatus terrain_heights_at(const struct TerrainHeights *heights,
                                       double latitude,
                                       uint8_t zoom,
                                       struct TerrainGround *ground);
+
+// Makes the local frame of a place: degrees of longitude and latitude, and metres above the ellipsoid. Gives whether there is such a
+// place.
+//
+// # Safety
+// `frame` points at one.
+bool terrain_frame(double longitude,
+                   double latitude,
+                   double height,
+                   struct TerrainFrame *frame);
+
+// The ground at metres east and north in a local frame, where its vertical meets the surface of `zoom`, in all else as
+// `terrain_heights_at`: the height of `ground` is metres up in the frame, its error is along the frame's up, and its normal is in
+// the frame's axes. Heights of the archive are taken as above the ellipsoid. The error is infinite where the ground is so steep that a
+// vertical so far from its own may miss it; what is more than 45° from the origin is outside.
+//
+// # Safety
+// `heights` is open; `frame` points at one, and so does `ground`.
+enum TerrainStatus terrain_heights_in_frame(const struct TerrainHeights *heights,
+                                            const struct TerrainFrame *frame,
+                                            double east,
+                                            double north,
+                                            uint8_t zoom,
+                                            struct TerrainGround *ground);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -21,11 +21,11 @@ class Ground:
 
     status: int
     height: float
-    """Metres above what `Heights.above` says."""
+    """Metres above what `Heights.above` says; in a frame, metres up of its origin."""
     error: float
-    """Metres along the vertical that the source may be from that, certified; NaN where it was not measured."""
+    """Metres along the vertical that the source may be from that, certified; in a frame, along its up. NaN where it was not measured."""
     normal: tuple[float, float, float]
-    """Unit normal of the surface: east, north, up."""
+    """Unit normal of the surface: east, north, up, of the place or of the frame."""
 
 @final
 class Grounds:
@@ -36,6 +36,18 @@ class Grounds:
     error: NDArray[numpy.float64]
     normal: NDArray[numpy.float64]
     """One row a place."""
+
+@final
+class Frame:
+    """A local frame: metres east, north and up of a place, flat in space, so that the Earth curves away below."""
+
+    def __init__(self, longitude: float, latitude: float, height: float = 0.0) -> None:
+        """Degrees, and metres above the ellipsoid. ValueError where there is no such place."""
+
+    origin: list[float]
+    """Earth-centred metres."""
+    axes: list[list[float]]
+    """Unit vectors east, north and up, Earth-centred."""
 
 @final
 class Heights:
@@ -55,3 +67,12 @@ class Heights:
         self, longitudes: NDArray[numpy.float64], latitudes: NDArray[numpy.float64], zoom: int | None = None
     ) -> Grounds:
         """The same at as many places as both arrays have; other threads of Python go on meanwhile."""
+
+    def in_frame(self, frame: Frame, east: float, north: float, zoom: int | None = None) -> Ground:
+        """The ground at metres east and north in a frame: where its vertical meets the surface, the highest such point. Heights of the
+        archive are taken as above the ellipsoid. The error is infinite where the ground is too steep for a vertical that leans so."""
+
+    def in_frame_many(
+        self, frame: Frame, easts: NDArray[numpy.float64], norths: NDArray[numpy.float64], zoom: int | None = None
+    ) -> Grounds:
+        """The same at as many places as both arrays have."""

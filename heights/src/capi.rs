@@ -7,9 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::ptr;
 
+use glam::{DMat3, DVec3};
 use terrain_tiles::ground::Point;
 
-use crate::heights::{Heights, Place};
+use crate::frame::Frame;
+use crate::heights::{Heights, HeightsError, Place};
 
 /// An open archive.
 pub struct TerrainHeights {
@@ -38,11 +40,11 @@ pub enum TerrainStatus {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TerrainGround {
-    /// Metres above what `terrain_heights_above` says.
+    /// Metres above what `terrain_heights_above` says; in a frame, metres up of its origin.
     pub height: f64,
-    /// Metres along the vertical that the source may be from that, certified.
+    /// Metres along the vertical that the source may be from that, certified; in a frame, along its up.
     pub error: f64,
-    /// Unit normal of the surface: east, north, up.
+    /// Unit normal of the surface: east, north, up, of the place or of the frame.
     pub normal: [f64; 3],
 }
 
@@ -52,6 +54,30 @@ impl TerrainGround {
             height: point.height,
             error,
             normal: point.normal.to_array(),
+        }
+    }
+}
+
+/// A local frame: metres east, north and up of its origin, flat in space, so that the Earth curves away below. All in Earth-centred
+/// metres. `terrain_frame` makes it; a program may as well set it itself, the axes being unit vectors at right angles.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TerrainFrame {
+    /// Where its origin is.
+    pub origin: [f64; 3],
+    /// Its axis to the east.
+    pub east: [f64; 3],
+    /// Its axis to the north.
+    pub north: [f64; 3],
+    /// Its axis upwards.
+    pub up: [f64; 3],
+}
+
+impl From<&TerrainFrame> for Frame {
+    fn from(frame: &TerrainFrame) -> Self {
+        Self {
+            origin: DVec3::from_array(frame.origin),
+            axes: DMat3::from_cols_array_2d(&[frame.east, frame.north, frame.up]),
         }
     }
 }
@@ -143,16 +169,62 @@ pub unsafe extern "C" fn terrain_heights_at(
     ground: *mut TerrainGround,
 ) -> TerrainStatus {
     // SAFETY: the caller promises it.
-    let heights = unsafe { &(*heights).heights };
-    match catch_unwind(AssertUnwindSafe(|| heights.at(longitude, latitude, zoom))) {
+    let (heights, ground) = unsafe { (&(*heights).heights, &mut *ground) };
+    tell(ground, || heights.at(longitude, latitude, zoom))
+}
+
+/// Makes the local frame of a place: degrees of longitude and latitude, and metres above the ellipsoid. Gives whether there is such a
+/// place.
+///
+/// # Safety
+/// `frame` points at one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn terrain_frame(longitude: f64, latitude: f64, height: f64, frame: *mut TerrainFrame) -> bool {
+    let Some(Frame { origin, axes }) = Frame::at(longitude, latitude, height) else {
+        return false;
+    };
+    let [east, north, up] = axes.to_cols_array_2d();
+    let made = TerrainFrame {
+        origin: origin.to_array(),
+        east,
+        north,
+        up,
+    };
+    // SAFETY: the caller promises it.
+    unsafe { frame.write(made) };
+    true
+}
+
+/// The ground at metres east and north in a local frame, where its vertical meets the surface of `zoom`, in all else as
+/// `terrain_heights_at`: the height of `ground` is metres up in the frame, its error is along the frame's up, and its normal is in
+/// the frame's axes. Heights of the archive are taken as above the ellipsoid. The error is infinite where the ground is so steep that a
+/// vertical so far from its own may miss it; what is more than 45° from the origin is outside.
+///
+/// # Safety
+/// `heights` is open; `frame` points at one, and so does `ground`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn terrain_heights_in_frame(
+    heights: *const TerrainHeights,
+    frame: *const TerrainFrame,
+    east: f64,
+    north: f64,
+    zoom: u8,
+    ground: *mut TerrainGround,
+) -> TerrainStatus {
+    // SAFETY: the caller promises it.
+    let (heights, frame, ground) = unsafe { (&(*heights).heights, &*frame, &mut *ground) };
+    tell(ground, || heights.in_frame(&frame.into(), east, north, zoom))
+}
+
+/// Sets `ground` where there is any.
+fn tell(ground: &mut TerrainGround, ask: impl FnOnce() -> Result<Place, HeightsError>) -> TerrainStatus {
+    match catch_unwind(AssertUnwindSafe(ask)) {
         Ok(Ok(Place::Measured(point, error))) => {
-            // SAFETY: the caller promises it.
-            unsafe { ground.write(TerrainGround::at(point, error)) };
+            *ground = TerrainGround::at(point, error);
             TerrainStatus::Measured
         }
         Ok(Ok(Place::Filled(point))) => {
-            // SAFETY: the caller promises it.
-            unsafe { ground.write(TerrainGround::at(point, f64::NAN)) };
+            *ground = TerrainGround::at(point, f64::NAN);
             TerrainStatus::Filled
         }
         Ok(Ok(Place::Void)) => TerrainStatus::Void,

@@ -3,12 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec2;
 use quick_cache::Weighter;
 use quick_cache::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
 use terrain_tiles::formats::{DecodeError, LevelLimits, spt};
 use terrain_tiles::ground::{self, Ground, Point, answer, tile_at};
+
+use crate::frame::Frame;
 
 /// Surfaces are as large as this on average, bytes: the cache makes room for its own books by it.
 const USUAL_BYTES: u64 = 500_000;
@@ -101,9 +104,46 @@ impl Heights {
         let found = answer(address, place, |address| self.ground(address), ask)?;
         Ok(match found {
             Some(place) => place,
-            None if self.archive.metadata().covers(longitude, latitude) => Place::Void,
-            None => Place::Outside,
+            None => self.without_ground(longitude, latitude),
         })
+    }
+
+    /// What is at metres east and north in a local frame, on the surface of `zoom`, or of the finest: where the frame's vertical meets
+    /// it, and where it does so more than once, the highest such point. The height is metres up in the frame, the error is along its
+    /// up, and the normal is in its axes. The archive's heights are taken as above the ellipsoid.
+    ///
+    /// # Errors
+    /// Where a tile cannot be read.
+    pub fn in_frame(&self, frame: &Frame, east: f64, north: f64, zoom: u8) -> Result<Place, HeightsError> {
+        let Some(line) = frame.upright(DVec2::new(east, north)) else {
+            return Ok(Place::Outside);
+        };
+        let zoom = zoom.min(self.finest_zoom());
+        let metadata = self.archive.metadata();
+        // The surface is no further from the samples than its error.
+        let [lowest, highest] = metadata.heights;
+        let error = metadata.finest_error(zoom);
+        let met = line.meet(zoom, [lowest - error, highest + error], |address| self.ground(address))?;
+        let Some(met) = met else {
+            return Ok(self.without_ground(line.place().x, line.place().y));
+        };
+        let point = Point {
+            height: met.along,
+            normal: frame.axes.transpose() * met.normal,
+        };
+        Ok(if met.is_filled {
+            Place::Filled(point)
+        } else {
+            Place::Measured(point, met.error)
+        })
+    }
+
+    fn without_ground(&self, longitude: f64, latitude: f64) -> Place {
+        if self.archive.metadata().covers(longitude, latitude) {
+            Place::Void
+        } else {
+            Place::Outside
+        }
     }
 
     fn ground(&self, address: TileAddress) -> Result<Option<Arc<Ground>>, HeightsError> {

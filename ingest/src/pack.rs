@@ -6,13 +6,17 @@
 //!         ─▶ a document that names exactly these
 //! ```
 
+mod ardupilot;
 mod area;
 mod choice;
+mod coverage;
 mod difference;
+pub mod flightgear;
 mod folder;
 mod mbtiles;
 mod mesh_tiles;
 mod rasters;
+mod sea_level;
 pub mod simulator;
 mod stored;
 mod three_tz;
@@ -38,12 +42,13 @@ pub use self::area::Area;
 pub use self::choice::Choice;
 pub use self::difference::{Difference, apply};
 use self::folder::{Folder, sizes};
+use self::sea_level::AboveSea;
 pub use self::unusable::Unusable;
 use self::whole::write_whole;
 use crate::archive_tiles;
 
 /// What files a pack is made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Format {
     /// `layer.json` and `z/x/y.terrain`: quantized-mesh with normals.
     QuantizedMesh,
@@ -59,12 +64,34 @@ pub enum Format {
     Rasters(RasterForm),
     /// Meshes, heightmaps and worlds in a local frame, of the finest zoom alone.
     Simulator(simulator::Options),
+    /// Files of heights above the sea for ArduPilot's card.
+    ArduPilot {
+        /// Metres from post to post.
+        spacing: Option<f64>,
+        /// Grid of the geoid that heights above the ellipsoid become heights above; EGM96 if not given.
+        geoid: Option<String>,
+    },
+    /// Triangles above the sea in FlightGear's buckets.
+    FlightGear {
+        /// What ground is made of, by FlightGear's names; where there is water it is a lake.
+        material: String,
+        /// As for `ArduPilot`.
+        geoid: Option<String>,
+    },
+    /// A raster of longitudes and latitudes in one file, GeoPackage.
+    GeoPackage {
+        /// Metres from pixel to pixel.
+        spacing: Option<f64>,
+    },
 }
 
 impl Format {
-    fn is_one_file(self) -> bool {
-        use Format::{QuantizedMesh, Simulator, ThreeDTiles};
-        !matches!(self, QuantizedMesh | ThreeDTiles | Simulator(_))
+    fn is_one_file(&self) -> bool {
+        use Format::{ArduPilot, FlightGear, QuantizedMesh, Simulator, ThreeDTiles};
+        !matches!(
+            self,
+            ArduPilot { .. } | FlightGear { .. } | QuantizedMesh | ThreeDTiles | Simulator(_)
+        )
     }
 }
 
@@ -80,6 +107,9 @@ pub struct Report {
     /// How it differs from an older pack, where that alone was written.
     #[serde(flatten)]
     pub difference: Option<Difference>,
+    /// What the person has to know.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remark: Option<String>,
 }
 
 /// Writes the part of `archive` that `choice` means as the folder or file `output`, which must not be there yet, and is there when it
@@ -89,14 +119,21 @@ pub struct Report {
 /// Where the archive cannot be read, or the output not be written; [`Unusable`] where the archive does not have what is asked for.
 pub fn write(
     archive: &Reader,
-    format: Format,
+    format: &Format,
     choice: &Choice,
     since: Option<&Path>,
     output: &Path,
 ) -> anyhow::Result<Report> {
-    if since.is_some_and(|old| !old.is_dir()) || since.is_some() && format.is_one_file() {
-        let reason = "--since needs an older pack of many files: folder, 3d-tiles or sim";
-        return Err(Unusable(reason.to_owned()).into());
+    if let Some(old) = since {
+        let is_usable = if format.is_one_file() {
+            old.is_file()
+        } else {
+            old.is_dir()
+        };
+        let kind = if format.is_one_file() { "file" } else { "folder" };
+        if !is_usable {
+            return Err(Unusable(format!("--since {}: the older pack is no {kind}", old.display())).into());
+        }
     }
     write_whole(output, |part| {
         let (whole, report) = write_in(part, archive, format, choice)?;
@@ -108,7 +145,12 @@ pub fn write(
 }
 
 fn only_difference(old: &Path, whole: &Path, output: &Path, report: Report) -> anyhow::Result<(PathBuf, Report)> {
-    let difference = difference::write(old, whole, output)?;
+    let write = if whole.is_dir() {
+        difference::write
+    } else {
+        difference::write_of_file
+    };
+    let difference = write(old, whole, output)?;
     let written = sizes(output)?;
     let report = Report {
         files: written.len(),
@@ -120,19 +162,19 @@ fn only_difference(old: &Path, whole: &Path, output: &Path, report: Report) -> a
 }
 
 /// Writes it in a folder of its own. Gives where it is.
-fn write_in(part: &Path, archive: &Reader, format: Format, choice: &Choice) -> anyhow::Result<(PathBuf, Report)> {
+fn write_in(part: &Path, archive: &Reader, format: &Format, choice: &Choice) -> anyhow::Result<(PathBuf, Report)> {
     let pack = || Pack::new(archive, choice, part.join("whole"));
     let file = part.join("file");
     match format {
         Format::Rasters(form) => {
-            let tiles = rasters::write(archive, form, choice, &file)?;
+            let tiles = rasters::write(archive, *form, choice, &file)?;
             one_file(file, tiles)
         }
         Format::QuantizedMesh => pack()?.quantized_mesh()?.as_folder(),
         Format::QuantizedMeshDatabase | Format::QuantizedMeshFile => {
             let pack = pack()?.quantized_mesh()?;
             let (folder, addresses) = (pack.folder.path(), pack.with_ground().into_iter());
-            if format == Format::QuantizedMeshDatabase {
+            if *format == Format::QuantizedMeshDatabase {
                 mbtiles::write(folder, addresses, &pack.metadata(), &file)?;
             } else {
                 mesh_tiles::write(folder, addresses, &pack.metadata(), &file)?;
@@ -149,8 +191,24 @@ fn write_in(part: &Path, archive: &Reader, format: Format, choice: &Choice) -> a
         Format::Simulator(options) => {
             let mut pack = pack()?;
             pack.chosen = finest(&pack.chosen);
-            simulator::write(archive, &pack.chosen, choice, options, &pack.folder)?;
+            simulator::write(archive, &pack.chosen, choice, *options, &pack.folder)?;
             pack.as_folder()
+        }
+        Format::ArduPilot { spacing, geoid } => {
+            let folder = Folder::new(part.join("whole"));
+            let sea = AboveSea::of(archive.metadata(), "--format ardupilot", geoid.as_deref())?;
+            let blocks = ardupilot::write(archive, choice, *spacing, &sea, &folder)?;
+            many_files(&folder, blocks, sea.remark())
+        }
+        Format::FlightGear { material, geoid } => {
+            let pack = pack()?;
+            let sea = AboveSea::of(archive.metadata(), "--format btg", geoid.as_deref())?;
+            let buckets = flightgear::write(archive, &finest(&pack.chosen), choice, material, &sea, &pack.folder)?;
+            many_files(&pack.folder, buckets, sea.remark())
+        }
+        Format::GeoPackage { spacing } => {
+            let tiles = coverage::write(archive, choice, *spacing, &file)?;
+            one_file(file, tiles)
         }
     }
 }
@@ -168,8 +226,21 @@ fn one_file(file: PathBuf, tiles: usize) -> anyhow::Result<(PathBuf, Report)> {
         files: 1,
         bytes,
         difference: None,
+        remark: None,
     };
     Ok((file, report))
+}
+
+fn many_files(folder: &Folder, tiles: usize, remark: Option<String>) -> anyhow::Result<(PathBuf, Report)> {
+    let written = sizes(folder.path())?;
+    let report = Report {
+        tiles,
+        files: written.len(),
+        bytes: written.values().sum(),
+        difference: None,
+        remark,
+    };
+    Ok((folder.path().to_owned(), report))
 }
 
 /// The tiles of the archive that are meant.
@@ -203,14 +274,7 @@ impl<'a> Pack<'a> {
     }
 
     fn as_folder(&self) -> anyhow::Result<(PathBuf, Report)> {
-        let written = sizes(self.folder.path())?;
-        let report = Report {
-            tiles: self.chosen.len(),
-            files: written.len(),
-            bytes: written.values().sum(),
-            difference: None,
-        };
-        Ok((self.folder.path().to_owned(), report))
+        many_files(&self.folder, self.chosen.len(), None)
     }
 
     /// The chosen tiles, both roots, from which clients start, and what is beside them, where the data may end at a tile's side.

@@ -280,7 +280,7 @@ impl<'a> Build<'a> {
                 field: outside::extended(&scheduler.tiles.outline(records)?, scheduler.jobs.plan.bounds),
             },
             OutsidePolicy::Geoid if provenance.heights_above.contains("ellipsoid") => {
-                let geoid = SeaLevel::new(&provenance.overrides.vertical)?;
+                let geoid = SeaLevel::new("--outside geoid", provenance.overrides.vertical.geoid.as_deref())?;
                 Outside::Geoid {
                     field: outside::sea_level(|longitude, latitude| geoid.height(longitude, latitude)),
                 }

@@ -9,6 +9,7 @@ mod drivers;
 mod error;
 mod exr_file;
 mod gdal_file;
+pub(crate) mod geopackage;
 mod layout;
 mod mosaic;
 mod options;
@@ -44,7 +45,7 @@ pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
 pub use vectors::{Rings, polygons_on_earth};
 pub use vertical::undulations;
-pub(crate) use vertical::{SeaLevel, UNSPECIFIED};
+pub(crate) use vertical::{SeaLevel, UNSPECIFIED, is_ellipsoid};
 
 use crate::georeference::{GeoReference, missing_grids};
 use crate::height_grid::HeightGrid;

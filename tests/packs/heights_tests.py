@@ -6,6 +6,7 @@ import threading
 import unittest
 
 import numpy
+import pyproj
 import terrain_heights
 
 import pack
@@ -50,6 +51,35 @@ class Heights(unittest.TestCase):
         self.assertLess((angle > 0.01).sum(), 5)
         self.assertGreater((here.normal[:, 2] < 0.95).sum(), 100)
 
+    def test_in_a_frame_heights_are_as_near_to_the_dem_along_its_up_as_is_said(self):
+        longitudes, latitudes = places(5_000)
+        # The second is 400 km away, where the vertical leans by almost 4 degrees.
+        for longitude, latitude, height in [(-84.2, 36.3, 250.0), (-88.0, 38.5, 0.0)]:
+            frame = terrain_heights.Frame(longitude, latitude, height)
+            to_frame = pyproj.Transformer.from_pipeline(
+                "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84 "
+                f"+step +proj=topocentric +ellps=WGS84 +lon_0={longitude} +lat_0={latitude} +h_0={height}"
+            )
+            easts, norths, _ = to_frame.transform(longitudes, latitudes, numpy.full(5_000, 500.0))
+            grounds = self.heights.in_frame_many(frame, easts, norths)
+            inside = grounds.status == terrain_heights.MEASURED
+            self.assertGreater(inside.sum(), 4_900)
+
+            def above_the_dem(ups):
+                at = to_frame.transform(easts, norths, ups, direction="INVERSE")
+                return at[2] - pack.heights_of_dem(at[0], at[1])
+
+            below, over = [above_the_dem(grounds.height + side * grounds.error) for side in (-1, 1)]
+            inside &= ~numpy.isnan(below) & ~numpy.isnan(over)
+            self.assertTrue((below[inside] <= 0).all() and (over[inside] >= 0).all())
+            off = abs(above_the_dem(grounds.height)) / grounds.error
+            self.assertGreater(off[inside].max(), 0.5)
+            one = self.heights.in_frame(frame, easts[7], norths[7])
+            self.assertEqual((one.height, one.error, one.normal), (grounds.height[7], grounds.error[7], tuple(grounds.normal[7])))
+            self.assertLess(abs(numpy.array(frame.axes) @ numpy.array(frame.axes).T - numpy.eye(3)).max(), 1e-15)
+        with self.assertRaises(ValueError):
+            terrain_heights.Frame(0.0, 91.0)
+
     def test_one_place_is_the_same_as_among_many_and_for_all_threads(self):
         longitudes, latitudes = places(1_000)
         many = self.heights.at_many(longitudes, latitudes)
@@ -82,7 +112,8 @@ class Heights(unittest.TestCase):
         done = subprocess.run([sys.executable, EXAMPLE, pack.archive(), *line], capture_output=True, text=True, check=True)
         head, *rows = done.stdout.splitlines()
         self.assertEqual(head, f"metres above {self.heights.above}")
-        measured = 0
+        square = rows.index("metres east, north and up of the first place")
+        rows, measured = rows[:square], 0
         for row in rows:
             longitude, latitude, *said = row.split(" ")
             ground = self.heights.at(float(longitude), float(latitude))
@@ -93,6 +124,14 @@ class Heights(unittest.TestCase):
                 self.assertEqual(said, ["outside"])
         self.assertEqual(len(rows), 200)
         self.assertTrue(80 < measured < 120, measured)
+        line = ["-84.3", "36.2", "-84.2", "36.2", "2"]
+        done = subprocess.run([sys.executable, EXAMPLE, pack.archive(), *line], capture_output=True, text=True, check=True)
+        square = [row.split(" ") for row in done.stdout.splitlines()[4:]]
+        self.assertEqual(len(square), 25)
+        frame = terrain_heights.Frame(-84.3, 36.2)
+        for east, north, up, error in square:
+            ground = self.heights.in_frame(frame, float(east), float(north))
+            self.assertEqual((up, error), (f"{ground.height:.4f}", f"{ground.error:.4f}"))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Packs of a part: tiles that touch a polygon; and what changed since an older pack, which makes the newer one of it."""
 
+import hashlib
 import json
 import subprocess
 import tempfile
@@ -173,10 +174,43 @@ class Differences(unittest.TestCase):
             self.assertIn("no path inside a pack", refused("apply", old, outside, "-o", output))
             self.assertEqual(sorted(path.name for path in Path(home).iterdir()), ["other", "outside"])
 
-    def test_a_pack_of_one_file_has_no_difference(self):
-        old = pack.one_file("folder")
+    def test_an_old_file_and_the_difference_make_the_new_file_byte_for_byte(self):
+        for format, *options in [("3tz",), ("mbtiles-qm",), ("pmtiles-qm",), ("terrarium", "--tile-size", "256"), ("mapbox", "--tile-size", "256"), ("gpkg",)]:
+            old = pack.one_file(format, *options)
+            new, difference, made = [pack.folder() / f"{format}-file-{kind}" for kind in ("new", "difference", "made")]
+            pack.run("pack", self.newer, "--format", format, *options, "-o", new)
+            pack.run("pack", self.newer, "--format", format, *options, "--since", old, "-o", difference)
+            pack.run("apply", old, difference, "-o", made)
+            self.assertNotEqual(old.read_bytes(), new.read_bytes())
+            self.assertEqual(made.read_bytes(), new.read_bytes(), format)
+            self.assertEqual(set(files(difference)), {"difference.json", "pieces", "pieces.txt"})
+            said = json.loads((difference / "difference.json").read_text())
+            self.assertEqual(said["file"]["sha256"], hashlib.sha256(new.read_bytes()).hexdigest())
+            # A fiftieth of the DEM changed. Of a GeoPackage all pages say where others are.
+            size = sum(len(content) for content in files(difference).values())
+            self.assertLess(size, new.stat().st_size * (0.7 if format != "gpkg" else 1.1), format)
+
+    def test_another_old_file_is_refused_and_leaves_nothing(self):
+        old = pack.one_file("pmtiles-qm")
+        difference, output = pack.folder() / "another-difference", pack.folder() / "another"
+        pack.run("pack", self.newer, "--format", "pmtiles-qm", "--since", old, "-o", difference)
+        damaged = pack.folder() / "damaged"
+        content = bytearray(old.read_bytes())
+        content[len(content) // 2] ^= 1
+        damaged.write_bytes(content)
+        for other in (damaged, pack.one_file("terrarium", "--tile-size", "256"), pack.one_file("folder"), pack.folder() / "missing"):
+            refused("apply", other, difference, "-o", output)
+        for pieces in ("pieces.txt", "pieces"):
+            cut = pack.folder() / f"cut-{pieces}"
+            subprocess.run(["cp", "-r", difference, cut], check=True)
+            (cut / pieces).write_bytes((cut / pieces).read_bytes()[:-100])
+            refused("apply", old, cut, "-o", output)
+        self.assertFalse(output.exists())
+
+    def test_an_old_pack_of_another_kind_is_refused(self):
         output = pack.folder() / "no-difference"
-        refused("pack", self.newer, "--format", "3tz", "--since", old, "-o", output)
+        refused("pack", self.newer, "--format", "3tz", "--since", pack.one_file("folder"), "-o", output)
+        refused("pack", self.newer, "--format", "mbtiles-qm", "--since", pack.one_file("3tz"), "-o", output)
         refused("pack", self.newer, "--format", "folder", "--since", pack.archive(), "-o", output)
         self.assertFalse(output.exists())
 

@@ -12,9 +12,12 @@ use std::thread;
 
 use glam::DVec3;
 use tempfile::TempDir;
-use terrain_heights::{Heights, Place};
+use terrain_heights::{Frame, Heights, Place};
 use terrain_ingest::{HeightGrid, ReadOptions, raster};
 use terrain_tests::{program, random_numbers, sample, workspace};
+use terrain_tiles::archive::Reader;
+use terrain_tiles::ellipsoid::to_geodetic;
+use terrain_tiles::formats::{LevelLimits, spt};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -121,6 +124,143 @@ fn the_normal_is_that_of_the_surface() {
     assert!(wrong < 5 && steep > 100, "{wrong} {steep}");
 }
 
+/// Frames: in the middle of the sample, at its side, and 400 km north-west of it, where the vertical leans by almost 4°.
+const FRAMES: [[f64; 3]; 3] = [[-84.2, 36.3, 250.0], [-84.39, 36.11, -40.0], [-88.0, 38.5, 0.0]];
+
+/// Places in plan that lines come down at, beside the sample, too.
+fn plan(frame: &Frame, count: usize) -> Vec<[f64; 2]> {
+    let place = |[longitude, latitude]: [f64; 2]| {
+        let above = Frame::at(longitude, latitude, 500.0).unwrap().origin - frame.origin;
+        let local = frame.axes.transpose() * above;
+        [local.x, local.y]
+    };
+    places(count).into_iter().map(place).collect()
+}
+
+/// The triangles of the finest surfaces of a zoom, Earth-centred.
+fn decoded(zoom: u8) -> Vec<[DVec3; 3]> {
+    let archive = Reader::open(&ARCHIVE.1).unwrap();
+    let of_zoom = archive.addresses().filter(|address| address.zoom == zoom);
+    of_zoom
+        .flat_map(|address| {
+            let tile = spt::decode(&archive.tile(address).unwrap().unwrap(), &LevelLimits::default()).unwrap();
+            let mesh = tile.surface(tile.finest());
+            let positions: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
+            let corners = mesh.triangles.into_iter();
+            corners
+                .map(move |triangle| triangle.map(|vertex| positions[vertex as usize]))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Metres up in the frame of the highest of the triangles over a place in plan, and its normal, in the frame's own coordinates.
+fn highest(triangles: &[[DVec3; 3]], [east, north]: [f64; 2]) -> Option<(f64, DVec3)> {
+    let at = DVec3::new(east, north, 0.0);
+    let of_triangle = |&[a, b, c]: &[DVec3; 3]| {
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        if at.x < low.x || at.x > high.x || at.y < low.y || at.y > high.y {
+            return None;
+        }
+        let normal = (b - a).cross(c - a);
+        let area = |p: DVec3, q: DVec3| (p - at).cross(q - at).z;
+        let is_inside = [area(a, b), area(b, c), area(c, a)]
+            .iter()
+            .all(|area| area * normal.z.signum() >= 0.0);
+        let up = a.z - ((east - a.x) * normal.x + (north - a.y) * normal.y) / normal.z;
+        is_inside.then(|| (up, normal.normalize()))
+    };
+    triangles
+        .iter()
+        .filter_map(of_triangle)
+        .max_by(|one, other| one.0.total_cmp(&other.0))
+}
+
+#[test]
+fn in_a_frame_heights_are_where_its_vertical_meets_the_decoded_triangles() {
+    let heights = open(1 << 30);
+    for zoom in [7, 11, heights.finest_zoom()] {
+        let decoded = decoded(zoom);
+        for [longitude, latitude, height] in FRAMES {
+            let frame = Frame::at(longitude, latitude, height).unwrap();
+            let into_frame = |at: DVec3| frame.axes.transpose() * (at - frame.origin);
+            let triangles: Vec<[DVec3; 3]> = decoded.iter().map(|triangle| triangle.map(into_frame)).collect();
+            let mut measured = 0;
+            for place in plan(&frame, 1_000) {
+                let found = heights.in_frame(&frame, place[0], place[1], zoom).unwrap();
+                match (found, highest(&triangles, place)) {
+                    (Place::Measured(point, _), Some((up, normal))) => {
+                        assert!(
+                            (point.height - up).abs() < 1e-5,
+                            "zoom {zoom}, {place:?}: {point:?} {up}"
+                        );
+                        // On an edge it is that of the one or the other.
+                        measured += usize::from(point.normal.distance(normal) < 1e-6);
+                    }
+                    (Place::Void | Place::Outside, None) => {}
+                    other => panic!("zoom {zoom}, {place:?}: {other:?}"),
+                }
+            }
+            assert!(measured > 900, "{measured}");
+        }
+    }
+}
+
+#[test]
+fn in_a_frame_the_source_is_as_near_along_its_vertical_as_is_said() {
+    let heights = open(1 << 30);
+    let [west, south, east, north] = DEM.georeference.geographic_bounds();
+    for [longitude, latitude, height] in FRAMES {
+        let frame = Frame::at(longitude, latitude, height).unwrap();
+        let mut worst = 0_f64;
+        for place in plan(&frame, 5_000) {
+            let Place::Measured(point, error) = heights.in_frame(&frame, place[0], place[1], u8::MAX).unwrap() else {
+                continue;
+            };
+            let above = |up: f64| {
+                let at = frame.origin + frame.axes * DVec3::new(place[0], place[1], up);
+                let at = to_geodetic(at);
+                let is_inside = (west..=east).contains(&at.longitude) && (south..=north).contains(&at.latitude);
+                is_inside.then(|| at.height - dem(at.longitude, at.latitude))
+            };
+            // The source is met between two points of the line if one of them is above it and the other below.
+            let (Some(below), Some(over)) = (above(point.height - error), above(point.height + error)) else {
+                continue;
+            };
+            assert!(
+                below <= 0.0 && over >= 0.0,
+                "{place:?}: {point:?} {error} {below} {over}"
+            );
+            worst = worst.max(1.0 - over.min(-below) / error);
+        }
+        assert!(worst > 0.5, "the claim is far from what is: {worst}");
+    }
+}
+
+#[test]
+fn in_a_frame_at_a_place_heights_are_those_of_the_place() {
+    let heights = open(1 << 30);
+    for [longitude, latitude] in places(300) {
+        let frame = Frame::at(longitude, latitude, 1_000.0).unwrap();
+        let in_frame = heights.in_frame(&frame, 0.0, 0.0, u8::MAX).unwrap();
+        let (Place::Measured(one, one_error), Place::Measured(other, other_error)) =
+            (in_frame, heights.at(longitude, latitude, u8::MAX).unwrap())
+        else {
+            panic!("{in_frame:?}");
+        };
+        assert!((one.height + 1_000.0 - other.height).abs() < 1e-5, "{one:?} {other:?}");
+        assert!(
+            (one_error - other_error).abs() < 1e-6 * other_error,
+            "{one_error} {other_error}"
+        );
+    }
+    let frame = Frame::at(-84.2, 36.3, 0.0).unwrap();
+    for [east, north] in [[0.0, 60e3], [8_000e3, 0.0], [f64::NAN, 0.0], [0.0, f64::INFINITY]] {
+        assert_eq!(heights.in_frame(&frame, east, north, u8::MAX).unwrap(), Place::Outside);
+    }
+    assert!(Frame::at(0.0, 90.1, 0.0).is_none() && Frame::at(f64::NAN, 0.0, 0.0).is_none());
+}
+
 #[test]
 fn outside_is_outside_whatever_number_says_it() {
     let heights = open(1 << 30);
@@ -149,11 +289,16 @@ fn outside_is_outside_whatever_number_says_it() {
 #[test]
 fn many_threads_and_a_small_cache_give_the_same_and_a_warm_one_allocates_nothing() {
     let places = places(5_000);
+    let frame = Frame::at(-88.0, 38.5, 0.0).unwrap();
+    let plan = plan(&frame, 5_000);
     let all = |heights: &Heights| -> Vec<Place> {
-        places
+        let at = places
             .iter()
-            .map(|&[longitude, latitude]| heights.at(longitude, latitude, u8::MAX).unwrap())
-            .collect()
+            .map(|&[longitude, latitude]| heights.at(longitude, latitude, u8::MAX));
+        let in_frame = plan
+            .iter()
+            .map(|&[east, north]| heights.in_frame(&frame, east, north, u8::MAX));
+        at.chain(in_frame).map(Result::unwrap).collect()
     };
     let heights = open(1 << 30);
     let expected = all(&heights);
@@ -167,6 +312,9 @@ fn many_threads_and_a_small_cache_give_the_same_and_a_warm_one_allocates_nothing
     let before = ALLOCATIONS.with(Cell::get);
     for &[longitude, latitude] in &places {
         heights.at(longitude, latitude, u8::MAX).unwrap();
+    }
+    for &[east, north] in &plan {
+        heights.in_frame(&frame, east, north, u8::MAX).unwrap();
     }
     assert_eq!(ALLOCATIONS.with(Cell::get), before);
 }
@@ -223,12 +371,19 @@ fn the_example_in_c_is_compiled_and_runs() {
     let done = run(&[ARCHIVE.1.to_str().unwrap(), "-84.6", "36.15", "-83.9", "36.45", "200"]);
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let text = String::from_utf8(done.stdout).unwrap();
+    let frame = Frame::at(-84.6, 36.15, 0.0).unwrap();
     let mut measured = 0;
     for line in text.lines().skip(1) {
         let words: Vec<&str> = line.split(' ').collect();
         let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
-        if let [longitude, latitude, height, error, ..] = numbers[..] {
+        if let [longitude, latitude, height, error, _, _, _, east, north, up, up_error] = numbers[..] {
             assert!((height - dem(longitude, latitude)).abs() <= error + 1e-4, "{line}");
+            let there = Frame::at(longitude, latitude, height).unwrap().origin - frame.origin;
+            assert!(
+                (frame.axes.transpose() * there).distance(DVec3::new(east, north, up)) < 1e-3,
+                "{line}"
+            );
+            assert!((error..1.1 * error).contains(&(up_error + 1e-4)), "{line}");
             measured += 1;
         } else {
             assert_eq!(words[2], "outside", "{line}");

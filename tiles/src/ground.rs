@@ -6,6 +6,8 @@
 //! places ─▶ sorted by the tile that they are in ─▶ the ground of each, or of one beside it ─▶ answers
 //! ```
 
+pub mod line;
+
 use std::ops::Deref;
 
 use glam::{DVec2, DVec3};
@@ -124,12 +126,17 @@ impl Ground {
     #[must_use]
     pub fn point(&self, longitude: f64, latitude: f64) -> Option<Point> {
         let (triangle, height) = self.found(longitude, latitude)?;
-        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize]);
         let local = east_north_up(longitude, latitude).transpose();
         Some(Point {
             height,
-            normal: (local * (b - a).cross(c - a)).normalize(),
+            normal: (local * self.across(triangle)).normalize(),
         })
+    }
+
+    /// A vector across a triangle, upwards, Earth-centred.
+    fn across(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize]);
+        (b - a).cross(c - a)
     }
 
     /// The triangle at a place, and the height of it.
@@ -270,18 +277,21 @@ fn cell_of(fraction: DVec2, cells: usize) -> [usize; 2] {
 }
 
 /// Box in plan around a triangle that is flat in space, in parts of the tile's side.
-///
-/// Of an edge over d radians a straight line in degrees is never further away than d²/4, times the tangent of the latitude
-/// where that is more than 45°; next to a pole never further than d.
 fn plan_box(address: TileAddress, corners: [DVec2; 3]) -> [DVec2; 2] {
     let low = corners.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = corners.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
     let radians = address.degrees().to_radians();
     let extent = (high - low).max_element() * radians;
-    let latitudes = [low.y, high.y].map(|y| (address.south().to_radians() + y * radians).abs());
-    let steepest = latitudes[0].max(latitudes[1]).tan().abs();
-    let margin = (extent * extent / 4.0 * (1.0 + steepest)).min(extent) / radians;
+    let margin = bulge(extent, [low.y, high.y].map(|y| address.south() + y * address.degrees())) / radians;
     [low - margin, high + margin]
+}
+
+/// How far from a straight line in degrees a line may be that is straight in space, over `extent` radians: never further than d²/4,
+/// times the tangent of the latitude where that is more than 45°; next to a pole never further than d. Latitudes are those of its
+/// ends, degrees.
+fn bulge(extent: f64, latitudes: [f64; 2]) -> f64 {
+    let [one, other] = latitudes.map(|latitude| latitude.to_radians().abs());
+    (extent * extent / 4.0 * (1.0 + one.max(other).tan().abs())).min(extent)
 }
 
 /// Each cell's triangles, cells row by row.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use terrain_heights::{Heights, HeightsError, Place, Point};
+use terrain_heights::{Frame, Heights, HeightsError, Place, Point};
 
 const MEASURED: u8 = 0;
 const VOID: u8 = 1;
@@ -30,6 +30,33 @@ struct Grounds {
     height: Py<PyArray1<f64>>,
     error: Py<PyArray1<f64>>,
     normal: Py<PyArray2<f64>>,
+}
+
+/// A local frame.
+#[pyclass(frozen, name = "Frame")]
+struct LocalFrame(Frame);
+
+#[pymethods]
+impl LocalFrame {
+    #[new]
+    #[pyo3(signature = (longitude, latitude, height = 0.0))]
+    fn new(longitude: f64, latitude: f64, height: f64) -> PyResult<Self> {
+        let frame = Frame::at(longitude, latitude, height);
+        frame
+            .map(Self)
+            .ok_or_else(|| PyValueError::new_err("there is no such place"))
+    }
+
+    /// Rows east, north and up.
+    #[getter]
+    fn axes(&self) -> [[f64; 3]; 3] {
+        self.0.axes.to_cols_array_2d()
+    }
+
+    #[getter]
+    fn origin(&self) -> [f64; 3] {
+        self.0.origin.to_array()
+    }
 }
 
 /// An open archive.
@@ -69,15 +96,36 @@ impl OpenArchive {
         latitudes: PyReadonlyArray1<'_, f64>,
         zoom: Option<u8>,
     ) -> PyResult<Grounds> {
-        let (longitudes, latitudes) = (longitudes.to_vec()?, latitudes.to_vec()?);
-        if longitudes.len() != latitudes.len() {
-            return Err(PyValueError::new_err("there are as many latitudes as longitudes"));
-        }
-        let ask = |(&longitude, &latitude)| self.0.at(longitude, latitude, zoom.unwrap_or(u8::MAX));
-        let all = || longitudes.iter().zip(&latitudes).map(ask).collect();
-        let found: Result<Vec<Place>, HeightsError> = py.detach(all);
-        let grounds: Vec<Ground> = found.map_err(unreadable)?.into_iter().map(Ground::of).collect();
-        Grounds::of(py, &grounds)
+        Grounds::at(py, [longitudes, latitudes], |longitude, latitude| {
+            self.0.at(longitude, latitude, zoom.unwrap_or(u8::MAX))
+        })
+    }
+
+    #[pyo3(signature = (frame, east, north, zoom = None))]
+    fn in_frame(
+        &self,
+        py: Python<'_>,
+        frame: &LocalFrame,
+        east: f64,
+        north: f64,
+        zoom: Option<u8>,
+    ) -> PyResult<Ground> {
+        let found = py.detach(|| self.0.in_frame(&frame.0, east, north, zoom.unwrap_or(u8::MAX)));
+        found.map(Ground::of).map_err(unreadable)
+    }
+
+    #[pyo3(signature = (frame, easts, norths, zoom = None))]
+    fn in_frame_many(
+        &self,
+        py: Python<'_>,
+        frame: &LocalFrame,
+        easts: PyReadonlyArray1<'_, f64>,
+        norths: PyReadonlyArray1<'_, f64>,
+        zoom: Option<u8>,
+    ) -> PyResult<Grounds> {
+        Grounds::at(py, [easts, norths], |east, north| {
+            self.0.in_frame(&frame.0, east, north, zoom.unwrap_or(u8::MAX))
+        })
     }
 }
 
@@ -105,6 +153,23 @@ impl Ground {
 }
 
 impl Grounds {
+    /// What `ask` finds at pairs of numbers.
+    fn at(
+        py: Python<'_>,
+        [firsts, seconds]: [PyReadonlyArray1<'_, f64>; 2],
+        ask: impl Fn(f64, f64) -> Result<Place, HeightsError> + Sync,
+    ) -> PyResult<Self> {
+        let (firsts, seconds) = (firsts.to_vec()?, seconds.to_vec()?);
+        if firsts.len() != seconds.len() {
+            return Err(PyValueError::new_err("both arrays have as many numbers"));
+        }
+        let pairs = || firsts.iter().zip(&seconds);
+        let found: Result<Vec<Place>, HeightsError> =
+            py.detach(|| pairs().map(|(&one, &other)| ask(one, other)).collect());
+        let grounds: Vec<Ground> = found.map_err(unreadable)?.into_iter().map(Ground::of).collect();
+        Self::of(py, &grounds)
+    }
+
     fn of(py: Python<'_>, grounds: &[Ground]) -> PyResult<Self> {
         let numbers = |of: fn(&Ground) -> f64| {
             let numbers: Vec<f64> = grounds.iter().map(of).collect();
@@ -132,6 +197,7 @@ fn unreadable(error: HeightsError) -> PyErr {
 /// As Python calls it; here it is not to be taken for the library that it wraps.
 #[pymodule(name = "terrain_heights")]
 fn python_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<LocalFrame>()?;
     module.add_class::<OpenArchive>()?;
     module.add_class::<Ground>()?;
     module.add_class::<Grounds>()?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use terrain_ingest::pack::{Format, simulator};
+use terrain_ingest::pack::{Format, flightgear, simulator};
 use terrain_tiles::raster_dem::image::Encoding;
 use terrain_tiles::raster_dem::{self, RasterForm, SIZES};
 
@@ -23,6 +23,9 @@ Examples:
   terrain-ingest pack alps.pmtiles --format folder --since monday -o changes && terrain-ingest apply monday changes -o tuesday
   terrain-ingest pack alps.pmtiles --format sim --bbox 7.6,45.9,7.8,46.1 -o zermatt    for Gazebo, MuJoCo, Isaac Sim, PyBullet
   terrain-ingest pack alps.pmtiles --format sim --bbox 7,45,8,46 --size 2049 --spacing 10 --origin 7.66,45.98 -o valais
+  terrain-ingest pack alps.pmtiles --format ardupilot --spacing 30 -o APM/TERRAIN      for the card of an autopilot
+  terrain-ingest pack alps.pmtiles --format btg -o Scenery/Alps                        for FlightGear
+  terrain-ingest pack alps.pmtiles --format gpkg -o alps.gpkg                          for QGIS and whoever has GDAL
 
 With --format sim, everything is in metres east, north and up of the origin, and the Earth curves away below:
   meshes/*.glb, *.obj, *.usda        triangles to collide with, tile by tile, without a gap between tiles
@@ -50,7 +53,7 @@ pub(crate) struct PackArgs {
     /// Tiles that touch a polygon of this file: GeoJSON, Shapefile, FlatGeobuf or GeoPackage, in any coordinate reference system.
     #[arg(long, value_name = "FILE")]
     pub(crate) polygon: Option<PathBuf>,
-    /// Write only what changed since this older pack, for folder, 3d-tiles and sim: a folder with those files and a list of all;
+    /// Write only what changed since this older pack, for folder, 3d-tiles, sim, ardupilot and btg: a folder with those files and a list of all;
     /// `terrain-ingest apply` makes the pack of it.
     #[arg(long, value_name = "OLD")]
     pub(crate) since: Option<PathBuf>,
@@ -73,9 +76,18 @@ pub(crate) struct PackArgs {
     /// with one heightmap, or several of 1025.
     #[arg(long, value_name = "POSTS", value_parser = posts)]
     pub(crate) size: Option<u32>,
-    /// For sim: metres from post to post, at most; about those of the source, twice that a zoom above its finest, if not given.
+    /// For sim: metres from post to post, at most; about those of the source, twice that a zoom above its finest, if not given. For
+    /// ardupilot: metres from post to post, those of the autopilot's TERRAIN_SPACING, 100 if not given. For gpkg: metres
+    /// from pixel to pixel; those of the source, as for sim, if not given.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) spacing: Option<f64>,
+    /// For btg: what ground is made of, by a name of FlightGear's materials. Where the archive has water it is Lake.
+    #[arg(long, value_name = "NAME", default_value = flightgear::USUAL_MATERIAL)]
+    pub(crate) material: String,
+    /// For ardupilot and btg: grid of the geoid above which heights are to be, where the archive's are above the ellipsoid; that of EGM96 if not
+    /// given.
+    #[arg(long, value_name = "GRID")]
+    pub(crate) geoid: Option<String>,
     /// Folder to write, or file where the format is one, which must not be there yet.
     #[arg(short, long, value_name = "FOLDER|FILE")]
     pub(crate) output: PathBuf,
@@ -123,6 +135,12 @@ pub(crate) enum PackFormat {
     Mapbox,
     /// For simulators, of the finest zoom: collision meshes, heightmaps and worlds in a local frame.
     Sim,
+    /// For ArduPilot's card: a .DAT file for each degree, of heights above the sea in whole metres.
+    Ardupilot,
+    /// For FlightGear, of the finest zoom: triangles above the sea, a .btg.gz for each of its buckets.
+    Btg,
+    /// A raster of metres in one GeoPackage, as the extension for tiled gridded coverages has it.
+    Gpkg,
 }
 
 /// Pixels along a side of a raster tile.
@@ -157,6 +175,15 @@ impl PackArgs {
                 size: self.size,
                 spacing: self.spacing,
             }),
+            PackFormat::Ardupilot => Format::ArduPilot {
+                spacing: self.spacing,
+                geoid: self.geoid.clone(),
+            },
+            PackFormat::Btg => Format::FlightGear {
+                material: self.material.clone(),
+                geoid: self.geoid.clone(),
+            },
+            PackFormat::Gpkg => Format::GeoPackage { spacing: self.spacing },
         }
     }
 

@@ -26,7 +26,7 @@ pub(super) fn write_pack(arguments: &PackArgs) -> Result<(), Failure> {
         max_error: arguments.max_error,
     };
     let (since, output) = (arguments.since.as_deref(), &arguments.output);
-    let report = pack::write(&archive, arguments.format(), &choice, since, output).map_err(blamed)?;
+    let report = pack::write(&archive, &arguments.format(), &choice, since, output).map_err(blamed)?;
     print_finished(Written(report), output, started, arguments.run.json)
 }
 
@@ -65,14 +65,16 @@ impl Display for Written {
             files,
             bytes,
             difference,
-        } = self.0;
+            remark,
+        } = &self.0;
         match difference {
             None => write!(f, "{tiles} tiles in {files} files, {bytes} bytes"),
             Some(Difference { kept, gone }) => write!(
                 f,
-                "{files} files with what changed, {bytes} bytes; {kept} files of the old pack stay, {gone} are gone"
+                "{files} files with what changed, {bytes} bytes; {kept} parts of the old pack stay, {gone} are gone"
             ),
-        }
+        }?;
+        remark.iter().try_for_each(|remark| write!(f, "\nnote: {remark}"))
     }
 }
 

@@ -4,16 +4,20 @@
 //! old pack, new pack ─▶ each file's hash ─▶ a list of all files, and those that changed     write
 //! old pack, difference ─▶ each file of the list, from the one or the other, hashed again ─▶ new pack     apply
 //! ```
+//! Packs that are one file are compared by [`pieces`]; databases as their rows in order, since their pages say where other pages are.
+
+mod pieces;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::BufReader;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use super::folder::{Sum, sums};
+use super::mbtiles;
 use super::unusable::Unusable;
 use super::whole::write_whole;
 
@@ -37,7 +41,20 @@ struct List {
     files: BTreeMap<String, Sum>,
 }
 
-/// How two packs differ, in numbers of files.
+/// `difference.json` of a pack that is one file.
+#[derive(Serialize, Deserialize)]
+struct OneFile {
+    format: String,
+    version: u32,
+    /// Whether the pieces are those of a database's rows.
+    rows: bool,
+    /// The new pack.
+    file: Sum,
+}
+
+const FORMAT_OF_FILE: &str = "terrain-pack-file-difference";
+
+/// How two packs differ, in numbers of files; of packs that are one file, in numbers of pieces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Difference {
     /// In both, and the same.
@@ -74,13 +91,69 @@ pub(super) fn write(old: &Path, new: &Path, output: &Path) -> anyhow::Result<Dif
     })
 }
 
+/// Makes of the pack that is the file `new` the difference from the one that is the file `old`, as the folder `output`.
+pub(super) fn write_of_file(old: &Path, new: &Path, output: &Path) -> anyhow::Result<Difference> {
+    fs::create_dir_all(output)?;
+    let rows = mbtiles::is_database(new)?;
+    if rows != mbtiles::is_database(old)? {
+        return Err(Unusable(format!("{}: is no pack of this format", old.display())).into());
+    }
+    let work = tempfile::tempdir_in(output)?;
+    let flat = |path: &Path, name: &str| -> anyhow::Result<PathBuf> {
+        if !rows {
+            return Ok(path.to_owned());
+        }
+        let flat = work.path().join(name);
+        mbtiles::flatten(path, &flat)?;
+        Ok(flat)
+    };
+    let [kept, gone] = pieces::write(&flat(old, "old")?, &flat(new, "new")?, output)?;
+    let list = OneFile {
+        format: FORMAT_OF_FILE.to_owned(),
+        version: VERSION,
+        rows,
+        file: pieces::sum(new)?,
+    };
+    fs::write(output.join(LIST), serde_json::to_vec_pretty(&list)?)?;
+    work.close()?;
+    Ok(Difference { kept, gone })
+}
+
+/// Makes the file of the old one and the difference.
+fn apply_to_file(list: &OneFile, old: &Path, difference: &Path, output: &Path) -> anyhow::Result<(usize, u64)> {
+    write_whole(output, |part| {
+        let whole = part.join("whole");
+        if list.rows {
+            let [before, after] = ["before", "after"].map(|name| part.join(name));
+            mbtiles::flatten(old, &before)?;
+            pieces::join(&before, difference, &after)?;
+            mbtiles::unflatten(&after, &whole)?;
+        } else {
+            pieces::join(old, difference, &whole)?;
+        }
+        let made = pieces::sum(&whole)?;
+        if made != list.file {
+            let reason = format!("{}: is not the pack that the difference was made with", old.display());
+            return Err(Unusable(reason).into());
+        }
+        Ok((whole, (1, made.bytes)))
+    })
+}
+
 /// Makes the pack `output`, which must not be there yet, of an `old` one and the `difference` of a newer one from that. Gives how many
 /// files it has, and their bytes.
 ///
 /// # Errors
 /// [`Unusable`] where the difference is not one from this old pack; where files cannot be read or written.
 pub fn apply(old: &Path, difference: &Path, output: &Path) -> anyhow::Result<(usize, u64)> {
-    let list = read(&difference.join(LIST))?;
+    let path = difference.join(LIST);
+    if let Some(list) = read_of_file(&path)? {
+        if !old.is_file() {
+            return Err(Unusable(format!("{}: is no file", old.display())).into());
+        }
+        return apply_to_file(&list, old, difference, output);
+    }
+    let list = read(&path)?;
     write_whole(output, |part| {
         let whole = part.join("whole");
         for path in list.files.keys() {
@@ -100,6 +173,13 @@ pub fn apply(old: &Path, difference: &Path, output: &Path) -> anyhow::Result<(us
         let bytes = made.values().map(|sum| sum.bytes).sum();
         Ok((whole, (made.len(), bytes)))
     })
+}
+
+/// None where it is a difference of folders, or anything else.
+fn read_of_file(path: &Path) -> Result<Option<OneFile>, Unusable> {
+    let bytes = fs::read(path).map_err(|error| Unusable(format!("{}: {error}", path.display())))?;
+    let list = serde_json::from_slice::<OneFile>(&bytes).ok();
+    Ok(list.filter(|list| list.format == FORMAT_OF_FILE && list.version == VERSION))
 }
 
 fn read(path: &Path) -> Result<List, Unusable> {

@@ -7,10 +7,10 @@ use std::path::Path;
 use anyhow::Context;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use terrain_tiles::address::TileAddress;
+use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::quantized_mesh::addresses_around;
-use terrain_tiles::tile::Tile;
+use terrain_tiles::tile::{Detail, Tile};
 
 use crate::archive_tiles::tile;
 
@@ -21,6 +21,19 @@ pub(super) fn tiles_around(archive: &Reader, address: TileAddress) -> anyhow::Re
         .filter(|&other| archive.checksum(other).is_some())
         .map(|other| tile(archive, other))
         .collect()
+}
+
+/// The finest surface that meets those around: beside a leaf of the zoom above, the side is as coarse as the leaf's.
+pub(super) fn detail(archive: &Reader, tile: &Tile) -> Detail {
+    let is_fine = |side: Side| {
+        let across = tile.address.neighbour(side);
+        let standing = across.and_then(|across| archive.standing_for(across));
+        standing.is_none_or(|standing| standing.zoom == tile.address.zoom)
+    };
+    Detail {
+        fine_sides: Side::ALL.map(is_fine),
+        ..tile.finest()
+    }
 }
 
 /// The quantized-mesh at `address` in a folder of them, as packs of one file keep it.

@@ -34,6 +34,8 @@ pub(super) const DRIVERS: [&str; 21] = [
 pub(super) const VECTOR_DRIVERS: [&str; 4] = ["GeoJSON", "ESRI Shapefile", "FlatGeobuf", "GPKG"];
 /// The driver of virtual rasters, for whoever asks for it.
 pub(super) const VIRTUAL: &str = "VRT";
+/// That of rasters in memory.
+const MEMORY: &str = "MEM";
 /// How names of rasters end that are looked for in a folder or an archive, in small letters.
 const ENDINGS: [&str; 22] = [
     "asc", "bag", "bil", "bt", "dem", "dt0", "dt1", "dt2", "flt", "grb", "grb2", "grd", "gtx", "gxf", "hgt", "img",
@@ -61,12 +63,25 @@ pub(super) fn prepare_gdal(with_virtual: bool) {
     // Blocks are read once and in order: more would only be memory.
     let _ = gdal::config::set_config_option("GDAL_CACHEMAX", BLOCK_CACHE);
     DriverManager::prevent_auto_registration();
+    keep(with_virtual.then_some(VIRTUAL));
+    *has_virtual = Some(with_virtual);
+}
+
+/// The same, for whoever writes a file by a driver that keeps parts of it in memory. Nothing may be opened by its name from then on that
+/// others have named: that driver takes addresses in memory for names.
+pub(super) fn prepare_gdal_to_write() {
+    prepare_gdal(false);
+    keep(Some(MEMORY));
+}
+
+/// Forgets all drivers but ours and one more.
+fn keep(one_more: Option<&str>) {
     DriverManager::register_all();
-    let is_wanted =
-        |name: &str| DRIVERS.contains(&name) || VECTOR_DRIVERS.contains(&name) || with_virtual && name == VIRTUAL;
+    let is_wanted = |name: &str| {
+        DRIVERS.contains(&name) || VECTOR_DRIVERS.contains(&name) || one_more.is_some_and(|more| name == more)
+    };
     let unwanted: Vec<_> = DriverManager::all()
         .filter(|driver| !is_wanted(&driver.short_name()))
         .collect();
     unwanted.iter().for_each(DriverManager::deregister_driver);
-    *has_virtual = Some(with_virtual);
 }

@@ -157,23 +157,28 @@ pub fn undulations(grid: &Path, places: &[DVec2]) -> Result<Vec<Option<f64>>, Re
 pub(crate) struct SeaLevel(Arc<Geoid>);
 
 impl SeaLevel {
-    /// By the grid that the person names, or else that of EGM96.
+    /// By the grid that the person names, or else that of EGM96. `option` is what asks for it.
     ///
     /// # Errors
     /// When the grid cannot be read.
-    pub(crate) fn new(asked: &Vertical) -> Result<Self, ReadError> {
-        Geoid::open(
-            Path::new("--outside geoid"),
-            &Datum::named("EGM96"),
-            asked.geoid.as_deref(),
-        )
-        .map(Self)
+    pub(crate) fn new(option: &str, geoid: Option<&str>) -> Result<Self, ReadError> {
+        Geoid::open(Path::new(option), &Datum::named("EGM96"), geoid).map(Self)
+    }
+
+    /// The grid's file.
+    pub(crate) fn name(&self) -> &str {
+        self.0.name()
     }
 
     /// Metres above the ellipsoid at degrees; none where the grid does not reach.
     pub(crate) fn height(&self, longitude: f64, latitude: f64) -> Option<f64> {
         self.0.undulation(DVec2::new(longitude, latitude))
     }
+}
+
+/// Whether heights are above an ellipsoid that are above what is called `name`.
+pub(crate) fn is_ellipsoid(name: &str) -> bool {
+    Datum::named(name) == Datum::Ellipsoid
 }
 
 fn columns_in(range: &Range<i64>) -> usize {

@@ -5,12 +5,12 @@ use std::io::Write;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use rayon::prelude::*;
-use terrain_tiles::address::{Side, TileAddress};
+use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::{gltf, obj};
-use terrain_tiles::tile::{Detail, Tile};
 
 use super::super::folder::Folder;
+use super::super::stored;
 use super::frame::Frame;
 use super::piece::{Bounds, Piece};
 use super::usd;
@@ -58,7 +58,7 @@ impl<'a> Pieces<'a> {
 
     pub(super) fn read(&self, address: TileAddress) -> anyhow::Result<Piece> {
         let tile = archive_tiles::tile(self.archive, address)?;
-        Ok(Piece::of(&tile, detail(self.archive, &tile), self.frame))
+        Ok(Piece::of(&tile, stored::detail(self.archive, &tile), self.frame))
     }
 
     pub(super) fn greatest(&self, number: impl Fn(&Record) -> f64) -> f64 {
@@ -68,7 +68,7 @@ impl<'a> Pieces<'a> {
 
 fn write(archive: &Reader, address: TileAddress, frame: &Frame, folder: &Folder) -> anyhow::Result<Record> {
     let tile = archive_tiles::tile(archive, address)?;
-    let detail = detail(archive, &tile);
+    let detail = stored::detail(archive, &tile);
     let piece = Piece::of(&tile, detail, frame);
     let bounds = piece.bounds().with_context(|| format!("tile {address} is empty"))?;
     let offset = frame.rounded(bounds.low.midpoint(bounds.high));
@@ -100,19 +100,6 @@ fn write(archive: &Reader, address: TileAddress, frame: &Frame, folder: &Folder)
         triangles: piece.triangles.len(),
         steepest: piece.steepest(frame),
     })
-}
-
-/// The finest surface that meets those around: beside a leaf of the zoom above, the side is as coarse as the leaf's.
-fn detail(archive: &Reader, tile: &Tile) -> Detail {
-    let is_fine = |side: Side| {
-        let across = tile.address.neighbour(side);
-        let standing = across.and_then(|across| archive.standing_for(across));
-        standing.is_none_or(|standing| standing.zoom == tile.address.zoom)
-    };
-    Detail {
-        fine_sides: Side::ALL.map(is_fine),
-        ..tile.finest()
-    }
 }
 
 /// Positions from `offset`, in single precision, which has to hold them.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::address::TileAddress;
 use crate::ellipsoid::{normal, to_earth_centred};
 use crate::formats::quantized_mesh::{QuantizedMesh, oct_decode, shared_normals};
-use crate::tile::Tile;
+use crate::tile::{Detail, Tile};
 
 /// Finer than by a 2^11th of a metre positions are never told: a tile of 8 km with all its relief then fits in single precision.
 const FINEST_STEP_ZOOM: u8 = 11;
@@ -33,7 +33,13 @@ impl TileSurface {
     /// The finest surface of `tile`, no more. Normals along its sides are made from `beside`, too: the tiles around it that there are.
     #[must_use]
     pub fn measured(tile: &Tile, beside: &[Tile]) -> Self {
-        let mesh = tile.surface(tile.finest());
+        Self::at(tile, tile.finest(), beside)
+    }
+
+    /// The surface of `tile` at another detail.
+    #[must_use]
+    pub fn at(tile: &Tile, detail: Detail, beside: &[Tile]) -> Self {
+        let mesh = tile.surface(detail);
         let exact: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
         let step = step(tile.address);
         let ups: Vec<DVec3> = mesh
@@ -50,7 +56,7 @@ impl TileSurface {
             sides: None,
             error: None,
         };
-        let error = tile.finest_error() + surface.rounding_error(&ups);
+        let error = tile.error(detail) + surface.rounding_error(&ups);
         Self {
             error: error.is_finite().then_some(error),
             ..surface
