@@ -135,7 +135,7 @@ fn name(lattice: Lattice) -> String {
 
 /// Where heights come from.
 struct Heights<'a> {
-    grounds: &'a Grounds<'a>,
+    grounds: &'a Grounds<&'a Reader>,
     zoom: u8,
     choice: &'a Choice,
     sea: &'a AboveSea,

@@ -76,7 +76,7 @@ pub(super) fn write(archive: &Reader, choice: &Choice, spacing: Option<f64>, out
 }
 
 /// Metres at places, NaN where there is no ground; none if nowhere is any.
-fn heights(grounds: &Grounds, zoom: u8, places: &[Place]) -> anyhow::Result<Option<Vec<f32>>> {
+fn heights(grounds: &Grounds<&Reader>, zoom: u8, places: &[Place]) -> anyhow::Result<Option<Vec<f32>>> {
     let ground_at = |address| grounds.at(address);
     let ask = |ground: &Ground, at: Place| ground.height(at.longitude, at.latitude);
     let found = answers::<Arc<Ground>, _, _>(zoom, places, ground_at, ask)?;
