@@ -17,14 +17,12 @@ export interface GroundPoint {
   readonly error: number;
 }
 
-/** A surface as triangles: corners of triangles, four numbers a place (x, y, z and height), and the place of each vertex. */
+/** A surface as triangles: corners of triangles, four numbers a place (x, y, z and height), and of each vertex the place now and the one before. */
 export interface DrawnSurface {
   readonly corners: Uint32Array;
   readonly texels: Float32Array;
   readonly places: Uint32Array;
   readonly triangleCount: number;
-  /** Which vertices' places are at even indices of `places`. */
-  readonly stride: number;
   /** Which triangles may be met; all, where this is not said. */
   readonly isCandidate?: (triangle: number) => boolean;
 }
@@ -36,7 +34,7 @@ export function firstHit(
   raise: (place: THREE.Vector3, height: number) => THREE.Vector3,
   farthest: number,
 ): { distance: number; height: number } | undefined {
-  const { corners, texels, places, stride } = surface;
+  const { corners, texels, places } = surface;
   const triangle = new THREE.Triangle();
   const [corner, weights, met] = [[triangle.a, triangle.b, triangle.c], new THREE.Vector3(), new THREE.Vector3()];
   const heights = new THREE.Vector3();
@@ -44,7 +42,7 @@ export function firstHit(
   for (let at = 0; at < 3 * surface.triangleCount; at += 3) {
     if (surface.isCandidate?.(at / 3) === false) continue;
     for (let side = 0; side < 3; side++) {
-      const place = 4 * places[stride * corners[at + side]!]!;
+      const place = 4 * places[2 * corners[at + side]!]!;
       heights.setComponent(side, texels[place + 3]!);
       raise(corner[side]!.fromArray(texels, place), texels[place + 3]!);
     }

@@ -1,5 +1,6 @@
 // The panel over the view: settings in, figures out.
 
+import { element, setText } from "./elements.ts";
 import type { GroundPoint } from "./ground.ts";
 import { templateFault, type Imagery } from "./imagery.ts";
 import { isTyping } from "./keys.ts";
@@ -14,12 +15,6 @@ import type { Views } from "./views.ts";
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
-function element<T extends HTMLElement>(id: string, type: new () => T): T {
-  const found = document.getElementById(id);
-  if (!(found instanceof type)) throw new Error(`The page has no ${type.name} "${id}".`);
-  return found;
-}
-
 /** Pixels: on a narrower page the panel is folded at first. */
 const NARROW = 600;
 /** Pixels that the scale bar has at most. */
@@ -29,7 +24,6 @@ const IMAGERY_STYLE = STYLES.indexOf("Imagery");
 let heights: readonly [number, number] = [0, 0];
 
 const input = (id: string) => element(id, HTMLInputElement);
-const setText = (id: string, text: string) => (element(id, HTMLElement).textContent = text);
 
 /** Connects the panel and the keyboard to the viewer. */
 export function connect(views: Views, measuring: Measuring, levels: TileLevels): void {

@@ -12,10 +12,10 @@ export { STYLES } from "./shaders.ts";
 export { Frame, tileBounds, type Bounds } from "./frame.ts";
 export { geographic, type GroundPoint } from "./ground.ts";
 
-export { decodeTile, decodeTilePrefix, interiorLevels, TileError, type Level as TileLevel, type Tile } from "./spt.ts";
+export { decodeTile, decodeTilePrefix, HeaderCut, interiorLevels, TileDecoder, TileError, type Level as TileLevel, type Tile } from "./spt.ts";
 export { COARSEST_DETAIL, drawnPrefix, finestDetail, placesOf, triangleCount, type Detail } from "./partition.ts";
 
 export { childrenOf, keyOf, MAX_ZOOM, neighboursOf, parentOf, type Address } from "./address.ts";
-export { select, type Choice, type Demand, type Hierarchy, type Level, type Selection } from "./select.ts";
+export { select, type Choice, type Demand, type Hierarchy, type Level, type Selection, type TileRequest } from "./select.ts";
 export { screenSpaceError, Sight, type Camera, type Ellipsoid, type HalfSpace } from "./sight.ts";
 export { boxAround, distanceTo, grown, reachOf, solidAngle, type OrientedBox } from "./oriented_box.ts";

@@ -1,5 +1,7 @@
 // What colours mean: the same stops as in the shader of the terrain.
 
+import { element, setText } from "./elements.ts";
+
 const COLOURS = [
   "rgb(61 102 69), rgb(115 140 84) 22%, rgb(184 173 120) 45%, rgb(148 117 92) 66%, rgb(168 161 156) 82%, rgb(247 250 255) 96%",
   "rgb(60 60 60), rgb(240 240 240)",
@@ -10,9 +12,9 @@ const COLOURS = [
 /** Shows the colours of a style between their ends. */
 export function showLegend(style: number, [lowest, highest]: readonly [number, number]): void {
   const ends = [[`${Math.floor(lowest)} m`, `${Math.ceil(highest)} m`], ["shade", "sun"], ["0°", "50°"], ["≤ 0.1 m", "≥ 1 km"]];
-  document.getElementById("legend")!.hidden = ends[style] === undefined;
+  element("legend", HTMLElement).hidden = ends[style] === undefined;
   const [low = "", high = ""] = ends[style] ?? [];
-  document.getElementById("legend-low")!.textContent = low;
-  document.getElementById("legend-high")!.textContent = high;
-  document.getElementById("legend-colours")!.style.background = `linear-gradient(to right, ${COLOURS[style] ?? ""})`;
+  setText("legend-low", low);
+  setText("legend-high", high);
+  element("legend-colours", HTMLElement).style.background = `linear-gradient(to right, ${COLOURS[style] ?? ""})`;
 }

@@ -6,6 +6,7 @@
 
 import { openArchive } from "./archive_tileset.ts";
 import { ContourLabels } from "./contour_labels.ts";
+import { element } from "./elements.ts";
 import * as hud from "./hud.ts";
 import { Measuring } from "./measuring.ts";
 import type { Stats } from "./terrain_layer.ts";
@@ -44,7 +45,7 @@ function findTilesets(query: URLSearchParams): Promise<Tileset[]> {
 }
 
 async function start(): Promise<void> {
-  const canvases = ["#view", "#beside"].map((id) => document.querySelector<HTMLCanvasElement>(id)!) as [HTMLCanvasElement, HTMLCanvasElement];
+  const canvases = [element("view", HTMLCanvasElement), element("beside", HTMLCanvasElement)] as const;
   const nowhere = { canvas: canvases[0], x: 0, y: 0 };
   let [shown, pointer]: [Tileset | undefined, typeof nowhere] = [undefined, nowhere];
   let resting: ReturnType<typeof setTimeout> | undefined;
@@ -84,7 +85,7 @@ async function start(): Promise<void> {
   }
   const open = (tileset: Tileset) => views.steer().open((shown = tileset));
   const measuring = new Measuring(views.main, canvases[0], () => (shown === undefined ? "" : datumOf(shown.metadata)));
-  const labels = new ContourLabels(views.main, document.querySelector<HTMLElement>("#contour-labels")!);
+  const labels = new ContourLabels(views.main, element("contour-labels", HTMLElement));
   hud.connect(views, measuring, new TileLevels(views.main));
   const tilesets = await findTilesets(new URLSearchParams(location.search));
   const link = readLink(location.hash);

@@ -2,6 +2,7 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { element, setText } from "./elements.ts";
 import type { GroundPoint } from "./ground.ts";
 import { along, area, csvOf, geoJsonOf, lengths, type Place, type ProfilePoint } from "./path.ts";
 import { PathLines } from "./path_lines.ts";
@@ -34,10 +35,10 @@ export class Measuring {
     viewer.add(this.lines.object);
     canvas.addEventListener("pointerdown", (event) => (this.pressedAt = event.button === 0 ? [event.clientX, event.clientY] : undefined));
     canvas.addEventListener("pointerup", (event) => this.release(event, canvas));
-    element("path-undo").addEventListener("click", () => this.change(this.corners.slice(0, -1)));
-    element("path-clear").addEventListener("click", () => this.change([]));
-    element("path-csv").addEventListener("click", () => save("profile.csv", "text/csv", csvOf(this.profile)));
-    element("path-geojson").addEventListener("click", () =>
+    element("path-undo", HTMLElement).addEventListener("click", () => this.change(this.corners.slice(0, -1)));
+    element("path-clear", HTMLElement).addEventListener("click", () => this.change([]));
+    element("path-csv", HTMLElement).addEventListener("click", () => save("profile.csv", "text/csv", csvOf(this.profile)));
+    element("path-geojson", HTMLElement).addEventListener("click", () =>
       save("profile.geojson", "application/geo+json", geoJsonOf(this.profile, this.corners, this.heightsAbove())),
     );
     addEventListener("resize", () => this.showProfile());
@@ -46,7 +47,7 @@ export class Measuring {
   /** What is not enabled takes no clicks; the path is kept for the next time. */
   setEnabled(isEnabled: boolean): void {
     this.isEnabled = isEnabled;
-    element("measure").hidden = !isEnabled;
+    element("measure", HTMLElement).hidden = !isEnabled;
     this.lines.object.visible = isEnabled;
     this.update();
   }
@@ -93,9 +94,9 @@ export class Measuring {
     const corners = this.corners.map(({ longitude, latitude }) => this.viewer.groundBelow(longitude, latitude));
     this.lines.show(drawn(this.grounds), drawn(corners));
     this.viewer.redraw();
-    element("measured").textContent = this.summary();
-    for (const id of ["path-undo", "path-clear"]) button(id).disabled = this.corners.length === 0;
-    for (const id of ["path-csv", "path-geojson"]) button(id).disabled = this.corners.length < 2;
+    setText("measured", this.summary());
+    for (const id of ["path-undo", "path-clear"]) element(id, HTMLButtonElement).disabled = this.corners.length === 0;
+    for (const id of ["path-csv", "path-geojson"]) element(id, HTMLButtonElement).disabled = this.corners.length < 2;
     this.showProfile();
   }
 
@@ -114,7 +115,7 @@ export class Measuring {
     this.chart?.destroy();
     this.chart = undefined;
     this.lines.markAt(undefined);
-    const holder = element("profile");
+    const holder = element("profile", HTMLElement);
     if (!this.isEnabled || this.corners.length < 2) return;
     const column = (value: (point: ProfilePoint) => number | undefined) => this.profile.map((point) => value(point) ?? null);
     const data = [
@@ -149,14 +150,6 @@ export class Measuring {
     this.lines.markAt(index == null ? undefined : this.grounds[index]?.position);
     this.viewer.redraw();
   }
-}
-
-function element(id: string): HTMLElement {
-  return document.getElementById(id)!;
-}
-
-function button(id: string): HTMLButtonElement {
-  return element(id) as HTMLButtonElement;
 }
 
 const metres = (length: number) => (length < 1000 ? `${length.toFixed(1)} m` : `${(length / 1000).toFixed(3)} km`);

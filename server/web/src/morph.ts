@@ -18,23 +18,11 @@
 // before, but near to it.
 
 import { Triangle, Vector3 } from "three";
-import { degreesOf, keyOf, parentOf, type Address } from "./address.ts";
-import { tileBounds, type Frame } from "./frame.ts";
+import { keyOf, parentOf, type Address } from "./address.ts";
 import { COARSEST_DETAIL, drawnPrefix, finestDetail, isSameDetail, placesOf, type Detail } from "./partition.ts";
-import { interiorLevels, type Tile } from "./spt.ts";
-
-/** A place that a vertex is drawn at. */
-export interface Spot {
-  /** Degrees. */
-  readonly longitude: number;
-  readonly latitude: number;
-  /** Metres. */
-  readonly height: number;
-  /** In the frame. */
-  readonly position: Vector3;
-  /** The tile that has it among its places, and which one it is; where it is none of a tile's, this is not said. */
-  readonly own: { readonly tile: Tile; readonly place: number } | undefined;
-}
+import { PlanSurface } from "./plan_surface.ts";
+import { onSide, sideVertices, type PlacedTile, type Spot } from "./spots.ts";
+import type { Tile } from "./spt.ts";
 
 /** A tile as a picture shows it. */
 export interface ShownTile extends Detail {
@@ -60,13 +48,8 @@ interface Placement {
 
 /** Two pictures, and the tiles that are drawn from one to the other. */
 export class Morph<S extends ShownTile> {
-  private readonly placesAsSpots = new Map<Tile, (Spot | undefined)[]>();
-
   /** `tileAt` gives those that are loaded; what is not, appears and vanishes at once. */
-  constructor(
-    private readonly frame: Frame,
-    private readonly tileAt: (address: Address) => Tile | undefined,
-  ) {}
+  constructor(private readonly tileAt: (address: Address) => PlacedTile | undefined) {}
 
   /** Tiles of the second picture that are in the first one with the same level of detail are not among them. */
   between(before: ReadonlyMap<string, S>, after: ReadonlyMap<string, S>): Moving<S>[] {
@@ -88,44 +71,29 @@ export class Morph<S extends ShownTile> {
   }
 
   private moving(address: Address, before: S, after: S): Moving<S>[] {
-    const tile = this.tileAt(address);
-    const [from, to] = [before, after].map((shown) => tile && this.placement(tile, shown));
+    const placed = this.tileAt(address);
+    const [from, to] = [before, after].map((shown) => placed && this.placement(placed, shown));
     if (from === undefined || to === undefined) return [];
     return [{ address, from: apart(from, to), to: apart(to, from), before, after }];
   }
 
   /** Undefined where a tile on the way up is not loaded. */
-  private placement(tile: Tile, shown: ShownTile): Placement | undefined {
+  private placement(placed: PlacedTile, shown: ShownTile): Placement | undefined {
+    const { tile } = placed;
     if (keyOf(tile.address) === keyOf(shown.address)) {
-      const spots = this.spotsAt(tile, placesOf(tile, shown));
+      const spots = spotsAt(placed, placesOf(tile, shown));
       return { spots, onCoarseSide: this.hidden(tile, spots, shown.fineSides) };
     }
     const parent = this.tileAt(parentOf(tile.address));
     const above = parent && this.placement(parent, shown);
     if (parent === undefined || above === undefined) return undefined;
-    const places = placesOf(parent, finestDetail(parent));
-    const finest = this.spotsAt(parent, places);
+    const places = placesOf(parent.tile, finestDetail(parent.tile));
     // What the parent hides on its sides, this tile's coarsest surface shows.
-    const spotAt = new Map(finest.map((spot, vertex) => [placeKey(spot), above.onCoarseSide.get(vertex) ?? above.spots[vertex]!]));
-    const coarsest = this.spotsAt(tile, placesOf(tile, COARSEST_DETAIL));
-    const surface = new PlanSurface(parent, places, above.spots);
+    const spotAt = new Map(spotsAt(parent, places).map((spot, vertex) => [placeKey(spot), above.onCoarseSide.get(vertex) ?? above.spots[vertex]!]));
+    const surface = new PlanSurface(parent.tile, places, above.spots);
+    const coarsest = spotsAt(placed, placesOf(tile, COARSEST_DETAIL));
     const spots = coarsest.map((spot) => spotAt.get(placeKey(spot)) ?? surface.at(spot) ?? spot);
     return { spots, onCoarseSide: this.hidden(tile, spots, COARSEST_DETAIL.fineSides) };
-  }
-
-  private spotsAt(tile: Tile, places: Uint32Array): Spot[] {
-    const known = this.placesAsSpots.get(tile) ?? [];
-    this.placesAsSpots.set(tile, known);
-    return Array.from(places, (place) => (known[place] ??= this.spotOf(tile, place)));
-  }
-
-  /** Longitudes and latitudes are exact, whichever tile they are told from: few bits of 45 degrees over a power of two. */
-  private spotOf(tile: Tile, place: number): Spot {
-    const [west, south] = tileBounds(tile.address);
-    const degreesPerUnit = degreesOf(tile.address.zoom) / 2 ** tile.extentBits;
-    const [x = 0, y = 0, height = 0] = tile.positions.subarray(3 * place, 3 * place + 3);
-    const [longitude, latitude] = [west + x * degreesPerUnit, south + y * degreesPerUnit];
-    return { longitude, latitude, height, position: this.frame.position(longitude, latitude, height), own: { tile, place } };
   }
 
   /** The vertices of coarse sides that only fine ones show. */
@@ -142,6 +110,10 @@ export class Morph<S extends ShownTile> {
     }
     return hidden;
   }
+}
+
+function spotsAt({ spots }: PlacedTile, places: Uint32Array): Spot[] {
+  return Array.from(places, (place) => spots[place]!);
 }
 
 /** How many triangles hold all that a moving tile has in both pictures. */
@@ -181,122 +153,6 @@ export function largestMotion<S extends ShownTile>(tile: Tile, moving: Moving<S>
 /** The spots of one picture, where those that only the other one shows are apart from their representatives. */
 function apart(placement: Placement, other: Placement): Spot[] {
   return placement.spots.map((spot, vertex) => (other.onCoarseSide.has(vertex) ? spot : (placement.onCoarseSide.get(vertex) ?? spot)));
-}
-
-function between(from: Spot, to: Spot, share: number): Spot {
-  const mixed = (a: number, b: number) => a + (b - a) * share;
-  return {
-    longitude: mixed(from.longitude, to.longitude),
-    latitude: mixed(from.latitude, to.latitude),
-    height: mixed(from.height, to.height),
-    position: from.position.clone().lerp(to.position, share),
-    own: undefined,
-  };
-}
-
-/** Where a place on a side is between two vertices of it: alike for the tiles on both sides, to the bit. */
-function onSide(spots: readonly Spot[], before: SideVertex, after: SideVertex, along: number): Spot {
-  return between(spots[before.vertex]!, spots[after.vertex]!, (along - before.along) / (after.along - before.along));
-}
-
-/** Cells along a side of the grid that triangles are found by. */
-const CELLS = 32;
-
-/** A tile's finest surface as a map in plan to where a picture has its vertices. */
-class PlanSurface {
-  private readonly unitsPerDegree: number;
-  private sides: SideVertex[][] | undefined;
-  /** The triangles that touch each cell, by their first corner. */
-  private cells: number[][] | undefined;
-
-  constructor(
-    private readonly tile: Tile,
-    /** Which of the tile's positions each vertex is at in plan. */
-    private readonly places: Uint32Array,
-    private readonly spots: readonly Spot[],
-  ) {
-    this.unitsPerDegree = 2 ** tile.extentBits / degreesOf(tile.address.zoom);
-  }
-
-  /** Undefined where the tile has no surface. */
-  at({ longitude, latitude }: Spot): Spot | undefined {
-    const [west, south] = tileBounds(this.tile.address);
-    const [x, y] = [(longitude - west) * this.unitsPerDegree, (latitude - south) * this.unitsPerDegree];
-    return this.onSides(x, y) ?? this.inside(x, y);
-  }
-
-  private onSides(x: number, y: number): Spot | undefined {
-    const extent = 2 ** this.tile.extentBits;
-    const side = [x === 0, y === 0, x === extent, y === extent].indexOf(true);
-    if (side < 0) return undefined;
-    const along = side % 2 === 0 ? y : x;
-    const vertices = (this.sides ??= sideVertices(this.tile))[side]!;
-    const before = vertices.findLast((other) => other.along < along);
-    const after = vertices.find((other) => other.along > along);
-    return before && after && onSide(this.spots, before, after, along);
-  }
-
-  private inside(x: number, y: number): Spot | undefined {
-    const { corners } = this.tile;
-    for (const at of (this.cells ??= this.inCells())[this.cellOf(y) * CELLS + this.cellOf(x)]!) {
-      const [a, b, c] = [corners[at]!, corners[at + 1]!, corners[at + 2]!];
-      const [ofA, ofB, ofC] = [this.twiceArea(b, c, x, y), this.twiceArea(c, a, x, y), this.twiceArea(a, b, x, y)];
-      if (ofA < 0 || ofB < 0 || ofC < 0 || ofA + ofB + ofC === 0) continue;
-      const aside = between(this.spots[a]!, this.spots[b]!, ofA + ofB === 0 ? 0 : ofB / (ofA + ofB));
-      return between(aside, this.spots[c]!, ofC / (ofA + ofB + ofC));
-    }
-    return undefined;
-  }
-
-  private inCells(): number[][] {
-    const { corners } = this.tile;
-    const cells: number[][] = Array.from({ length: CELLS * CELLS }, () => []);
-    for (let at = 0; at < corners.length; at += 3) {
-      const [[left, right], [low, high]] = [0, 1].map((axis) => {
-        const along = [0, 1, 2].map((corner) => this.cellOf(this.coordinate(corners[at + corner]!, axis)));
-        return [Math.min(...along), Math.max(...along)];
-      }) as [[number, number], [number, number]];
-      for (let row = low; row <= high; row++) for (let column = left; column <= right; column++) cells[row * CELLS + column]!.push(at);
-    }
-    return cells;
-  }
-
-  private cellOf(units: number): number {
-    return Math.min(CELLS - 1, Math.floor((CELLS * units) / 2 ** this.tile.extentBits));
-  }
-
-  private coordinate(vertex: number, axis: number): number {
-    return this.tile.positions[3 * this.places[vertex]! + axis]!;
-  }
-
-  /** Of the triangle of two vertices and a place; negative if it is clockwise. */
-  private twiceArea(from: number, to: number, x: number, y: number): number {
-    const [fromX, fromY] = [this.coordinate(from, 0), this.coordinate(from, 1)];
-    return (this.coordinate(to, 0) - fromX) * (y - fromY) - (x - fromX) * (this.coordinate(to, 1) - fromY);
-  }
-}
-
-interface SideVertex {
-  readonly vertex: number;
-  /** Lattice units along the side, northwards or eastwards. */
-  readonly along: number;
-  /** Whether only the fine side shows it. */
-  readonly isFine: boolean;
-}
-
-/** The vertices on the west, south, east and north side, in order along it. */
-function sideVertices(tile: Tile): SideVertex[][] {
-  const extent = 2 ** tile.extentBits;
-  const interiorEnd = tile.levels[interiorLevels(tile) - 1]!.vertexEnd;
-  const sides: SideVertex[][] = [[], [], [], []];
-  for (let vertex = 0; vertex < tile.representatives.length; vertex++) {
-    const [x = 0, y = 0] = tile.positions.subarray(3 * vertex, 3 * vertex + 2);
-    const isFine = vertex >= interiorEnd;
-    [x === 0, y === 0, x === extent, y === extent].forEach((isOn, side) => {
-      if (isOn) sides[side]!.push({ vertex, along: side % 2 === 0 ? y : x, isFine });
-    });
-  }
-  return sides.map((vertices) => vertices.sort((a, b) => a.along - b.along));
 }
 
 /** The tile of a picture that is this one or above it. */

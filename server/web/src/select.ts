@@ -62,7 +62,7 @@ export interface Choice extends Detail {
 }
 
 /** A tile to load. */
-export interface Request {
+export interface TileRequest {
   readonly address: Address;
   /** How many of its levels are needed, its sides among them. */
   readonly levels: number;
@@ -73,7 +73,7 @@ export interface Selection {
   /** Cover what the roots cover, each place once. */
   readonly choices: readonly Choice[];
   /** Tiles of which levels are missing, most urgent first. */
-  readonly requests: readonly Request[];
+  readonly requests: readonly TileRequest[];
   /** The tolerance that the budget permits, pixels. */
   readonly tolerance: number;
 }
@@ -376,7 +376,7 @@ class Selector {
     return triangles <= this.demand.triangles && bytes <= this.demand.bytes;
   }
 
-  private requests(wanted: Refinements, drawn: Drawn): Request[] {
+  private requests(wanted: Refinements, drawn: Drawn): TileRequest[] {
     const roots = this.scene.roots.map((tile) => ({ gain: Infinity, tile }));
     const children = wanted.all().flatMap((parent) => {
       const gain = wanted.gain(parent);

@@ -1,13 +1,14 @@
 // The levels of the tile in the middle of the view, one after the other.
 
 import { keyOf, type Address } from "./address.ts";
+import { element, setText } from "./elements.ts";
 import type { TileLevelView } from "./terrain_layer.ts";
 import type { Viewer } from "./viewer.ts";
 
 /** Shows one tile alone while it is enabled, at the level that a slider tells. */
 export class TileLevels {
   private tile: { readonly address: Address; readonly levels: readonly TileLevelView[] } | undefined;
-  private readonly slider = document.querySelector<HTMLInputElement>("#level")!;
+  private readonly slider = element("level", HTMLInputElement);
 
   constructor(private readonly viewer: Viewer) {
     this.slider.addEventListener("input", () => this.show());
@@ -15,7 +16,7 @@ export class TileLevels {
 
   setEnabled(isEnabled: boolean): void {
     this.tile = isEnabled ? this.viewer.tileInMiddle() : undefined;
-    document.querySelector<HTMLElement>("#levels")!.hidden = !isEnabled;
+    element("levels", HTMLElement).hidden = !isEnabled;
     this.slider.max = String((this.tile?.levels.length ?? 1) - 1);
     this.slider.disabled = this.tile === undefined;
     this.slider.value = "0";
@@ -25,8 +26,8 @@ export class TileLevels {
   private show(): void {
     const level = this.tile?.levels[this.slider.valueAsNumber];
     this.viewer.showAlone(this.tile?.address, level);
-    document.querySelector("#level-text")!.textContent =
-      level === undefined ? "There is no tile in the middle of the view." : `Tile ${keyOf(this.tile!.address)}, ${textOf(level, this.tile!.levels.length)}`;
+    const nothing = "There is no tile in the middle of the view.";
+    setText("level-text", level === undefined ? nothing : `Tile ${keyOf(this.tile!.address)}, ${textOf(level, this.tile!.levels.length)}`);
   }
 }
 

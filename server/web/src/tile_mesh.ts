@@ -6,8 +6,9 @@ import { degreesOf, type Address } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
 import { firstHit } from "./ground.ts";
 import { drawnPrefix, isSameDetail, placesOf, type Detail } from "./partition.ts";
-import { movingPrefix, type Moving, type ShownTile, type Spot } from "./morph.ts";
+import { movingPrefix, type Moving, type ShownTile } from "./morph.ts";
 import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
+import type { PlacedTile, Spot } from "./spots.ts";
 import type { Tile } from "./spt.ts";
 import { MERCATOR_END, type Picture } from "./imagery.ts";
 import type { RasterPlace, SquareRaster } from "./square_rasters.ts";
@@ -46,6 +47,7 @@ export class TileMesh {
   readonly box: THREE.Box3;
   /** Bytes of textures and indices. */
   readonly byteLength: number;
+  private readonly tile: Tile;
   private readonly geometry = new THREE.BufferGeometry();
   /** The tile's own places, and while it moves, those of other tiles behind them. */
   private spots: SpotTextures;
@@ -68,15 +70,11 @@ export class TileMesh {
   /** What is shown without a move. */
   private resting: Detail | undefined;
 
-  constructor(
-    private readonly tile: Tile,
-    frame: Frame,
-    shared: SharedUniforms,
-  ) {
-    const places = placesInSpace(tile, frame);
-    this.box = new THREE.Box3().setFromPoints(places.map(({ position }) => position));
+  constructor({ tile, spots }: PlacedTile, frame: Frame, shared: SharedUniforms) {
+    this.tile = tile;
+    this.box = new THREE.Box3().setFromPoints(spots.map(({ position }) => position));
     const centre = this.box.getCenter(new THREE.Vector3());
-    this.ownSpots = new SpotTextures(places, tile.address, centre);
+    this.ownSpots = new SpotTextures(spots, tile.address, centre);
     this.spots = this.ownSpots;
     const drawnAt = padded(Uint32Array, 2 * tile.representatives.length, 2);
     this.places = dataTexture(drawnAt, THREE.RGIntegerFormat, THREE.UnsignedIntType, "RG32UI", 2);
@@ -172,7 +170,7 @@ export class TileMesh {
     const raise = (place: THREE.Vector3, height: number) =>
       exaggeration === 1 ? place : place.addScaledVector(up.copy(place).sub(earthCentre).normalize(), (exaggeration - 1) * (height - baseHeight));
     const places = this.places.image.data as Uint32Array;
-    const surface = { corners: this.tile.corners, texels: this.spots.texels, places, triangleCount: this.drawn, stride: 2 };
+    const surface = { corners: this.tile.corners, texels: this.spots.texels, places, triangleCount: this.drawn };
     const near = through && { isCandidate: (triangle: number) => this.isAround(triangle, through) };
     return firstHit(own, { ...surface, ...near }, raise, farthest);
   }
@@ -249,19 +247,6 @@ export class TileMesh {
   }
 }
 
-/** A place in the frame and on the Earth. */
-type PlaceInSpace = Pick<Spot, "longitude" | "latitude" | "height" | "position">;
-
-function placesInSpace(tile: Tile, frame: Frame): PlaceInSpace[] {
-  const [west, south] = tileBounds(tile.address);
-  const degreesPerUnit = degreesOf(tile.address.zoom) / 2 ** tile.extentBits;
-  return Array.from({ length: tile.positions.length / 3 }, (_, place) => {
-    const [x = 0, y = 0, height = 0] = tile.positions.subarray(3 * place, 3 * place + 3);
-    const [longitude, latitude] = [west + x * degreesPerUnit, south + y * degreesPerUnit];
-    return { longitude, latitude, height, position: frame.position(longitude, latitude, height) };
-  });
-}
-
 /** Places as textures: in the frame, relative to the tile's own centre so that single precision is enough, and in its square. */
 class SpotTextures {
   /** x, y, z and the height. */
@@ -272,7 +257,7 @@ class SpotTextures {
   readonly squares: THREE.DataTexture;
 
   constructor(
-    private readonly spots: readonly PlaceInSpace[],
+    private readonly spots: readonly Spot[],
     private readonly address: Address,
     private readonly centre: THREE.Vector3,
   ) {
@@ -292,7 +277,7 @@ class SpotTextures {
   }
 
   /** The same and others behind them. */
-  with(others: readonly PlaceInSpace[]): SpotTextures {
+  with(others: readonly Spot[]): SpotTextures {
     return new SpotTextures([...this.spots, ...others], this.address, this.centre);
   }
 

@@ -4,7 +4,8 @@ import { keyOf, type Address } from "./address.ts";
 import { tileBounds, type Bounds, type Frame } from "./frame.ts";
 import { grown, type OrientedBox } from "./oriented_box.ts";
 import { triangleCount } from "./partition.ts";
-import type { Hierarchy, Level, Request } from "./select.ts";
+import type { Hierarchy, Level, TileRequest } from "./select.ts";
+import { placed, type PlacedTile } from "./spots.ts";
 import { HeaderCut, interiorLevels, TileDecoder, TileError, type Tile } from "./spt.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
 import type { Tileset } from "./tileset.ts";
@@ -20,8 +21,7 @@ const RETRY_MILLISECONDS = 5000;
 const ALL_SIDES = [true, true, true, true];
 
 /** What of a tile is drawn. */
-interface Drawable {
-  readonly tile: Tile;
+interface Drawable extends PlacedTile {
   readonly mesh: TileMesh;
   /** How many levels it has. */
   readonly there: number;
@@ -49,7 +49,7 @@ export class TileStore implements Hierarchy {
   private readonly boxes = new Map<string, OrientedBox>();
   private selection = 0;
   /** What was asked for last. */
-  private missing: readonly Request[] = [];
+  private missing: readonly TileRequest[] = [];
   private isClosed = false;
 
   /** `onLoad` is called after each tile that came in or failed. */
@@ -122,7 +122,7 @@ export class TileStore implements Hierarchy {
   }
 
   /** Loads the most urgent tiles, gives up requests for tiles no longer missing, and drops what is long unused. */
-  request(missing: readonly Request[]): void {
+  request(missing: readonly TileRequest[]): void {
     const keys = new Set(missing.map(({ address }) => keyOf(address)));
     for (const [key, controller] of this.underway) if (!keys.has(key)) controller.abort();
     this.missing = missing;
@@ -148,7 +148,7 @@ export class TileStore implements Hierarchy {
     for (const tile of ready.slice(0, Math.max(0, PARALLEL_REQUESTS - this.underway.size))) void this.load(tile);
   }
 
-  private async load({ address, levels }: Request): Promise<void> {
+  private async load({ address, levels }: TileRequest): Promise<void> {
     const key = keyOf(address);
     const controller = new AbortController();
     this.underway.set(key, controller);
@@ -207,10 +207,10 @@ export class TileStore implements Hierarchy {
   }
 
   private keep(key: string, decoder: TileDecoder): void {
-    const tile = decoder.tile();
-    const drawable = { tile, mesh: new TileMesh(tile, this.frame, this.shared), there: decoder.levelsThere };
+    const tile = placed(decoder.tile(), this.frame);
+    const drawable = { ...tile, mesh: new TileMesh(tile, this.frame, this.shared), there: decoder.levelsThere };
     this.loaded.set(key, { decoder, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
-    this.boxes.set(key, this.boxOf(tile));
+    this.boxes.set(key, this.boxOf(tile.tile));
   }
 
   /** Holds the tile and all below it: whatever is drawn there is as near to the source as the tile's finest surface is. */

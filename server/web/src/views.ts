@@ -7,8 +7,7 @@ import { Viewer } from "./viewer.ts";
 /** The view, and the one beside it while there is one. */
 export class Views {
   readonly main: Viewer;
-  /** The archive beside that of the main view. */
-  besideTileset: Tileset | undefined;
+  private isSplit = false;
   private second: Viewer | undefined;
   private leader: Viewer;
   private settings: Partial<TerrainSettings> = {};
@@ -24,7 +23,7 @@ export class Views {
 
   /** The view beside; undefined while there is none. */
   get beside(): Viewer | undefined {
-    return this.besideTileset === undefined ? undefined : this.second;
+    return this.isSplit ? this.second : undefined;
   }
 
   get all(): readonly Viewer[] {
@@ -42,17 +41,19 @@ export class Views {
 
   /** Shows an archive beside the main one, or nothing. */
   showBeside(tileset: Tileset | undefined): void {
-    this.besideTileset = tileset;
+    this.isSplit = tileset !== undefined;
     const [, canvas] = this.canvases;
-    canvas.hidden = tileset === undefined;
-    document.body.classList.toggle("is-split", tileset !== undefined);
+    canvas.hidden = !this.isSplit;
+    document.body.classList.toggle("is-split", this.isSplit);
+    if (tileset === undefined) {
+      this.second?.close();
+    } else {
+      this.second ??= this.viewerOn(canvas);
+      this.second.set({ ...this.settings, heights: this.main.heights });
+      this.second.open(tileset);
+      this.second.follow(this.main);
+    }
     this.lead(this.main);
-    if (tileset === undefined) return this.second?.close();
-    this.second ??= this.viewerOn(canvas);
-    this.second.set({ ...this.settings, heights: this.main.heights });
-    this.second.open(tileset);
-    this.lead(this.main);
-    this.second.follow(this.main);
   }
 
   /** The main view, which then is the one that moves both. */

@@ -5,6 +5,7 @@ import { keyOf, type Address } from "../src/address.ts";
 import { Frame } from "../src/frame.ts";
 import { Morph, movingPrefix, type Moving, type ShownTile } from "../src/morph.ts";
 import { select, type Choice } from "../src/select.ts";
+import { placed, type PlacedTile } from "../src/spots.ts";
 import type { Tile } from "../src/spt.ts";
 import { flatEarth, PYRAMID, viewFrom } from "./flat_earth.ts";
 import { gridTile } from "./grid_pyramid.ts";
@@ -18,6 +19,14 @@ function tileAt(address: Address): Tile {
   const tile = tiles.get(key) ?? cut(gridTile(PYRAMID, address), levelsThere(address));
   tiles.set(key, tile);
   return tile;
+}
+
+const placedTiles = new Map<Tile, PlacedTile>();
+function placedAt(address: Address): PlacedTile {
+  const tile = tileAt(address);
+  const found = placedTiles.get(tile) ?? placed(tile, frame);
+  placedTiles.set(tile, found);
+  return found;
 }
 
 /** A tile of which so many levels are there. */
@@ -46,14 +55,14 @@ function pictureFrom(x: number, y: number, z: number, tolerance = 2): Map<string
 
 /** Every tile that is drawn on the way: those that move, and those of the second picture that are in both as they are. */
 function allMoving(before: ReadonlyMap<string, ShownTile>, after: ReadonlyMap<string, ShownTile>): Moving<ShownTile>[] {
-  const moving = new Morph<ShownTile>(frame, tileAt).between(before, after);
+  const moving = new Morph<ShownTile>(placedAt).between(before, after);
   const resting = [...after.values()].filter((shown) => before.has(keyOf(shown.address)));
   const known = new Set(moving.map(({ address }) => keyOf(address)));
   const still = resting.filter(({ address }) => !known.has(keyOf(address)));
   // As if from a picture of another level of detail, so that there are spots to look at; their ends count.
   const others = still.flatMap((shown) => {
     const other = { ...shown, interior: shown.interior === 0 ? 1 : 0, fineSides: [false, false, false, false] };
-    const [found] = new Morph<ShownTile>(frame, tileAt).between(new Map([[keyOf(shown.address), other]]), new Map([[keyOf(shown.address), shown]]));
+    const [found] = new Morph<ShownTile>(placedAt).between(new Map([[keyOf(shown.address), other]]), new Map([[keyOf(shown.address), shown]]));
     return [{ ...found!, from: found!.to }];
   });
   return [...moving, ...others];
@@ -126,7 +135,7 @@ test("what a parent does not know begins on the surface that it shows, at its pl
   loadedAre(() => 1);
   const [before, after] = [pictureFrom(180, 90, 1e5), pictureFrom(100, 60, 60)];
   let moved = 0;
-  for (const { from, to } of new Morph<ShownTile>(frame, tileAt).between(before, after)) {
+  for (const { from, to } of new Morph<ShownTile>(placedAt).between(before, after)) {
     for (const [vertex, spot] of from.entries()) {
       assert.ok(Math.abs(spot.longitude - to[vertex]!.longitude) < 1e-9 && Math.abs(spot.latitude - to[vertex]!.latitude) < 1e-9);
       if (Math.abs(spot.height - to[vertex]!.height) > 0.1) moved++;
@@ -139,7 +148,7 @@ test("what a parent does not know begins on the surface that it shows, at its pl
 test("at both ends, the vertices that are drawn are those of the pictures", () => {
   for (const [earlier, later] of [[FLIGHT[2]!, FLIGHT[3]!], [FLIGHT[3]!, FLIGHT[7]!]] as const) {
     const [before, after] = [pictureFrom(...earlier), pictureFrom(...later)];
-    for (const { address, from, to } of new Morph<ShownTile>(frame, tileAt).between(before, after)) {
+    for (const { address, from, to } of new Morph<ShownTile>(placedAt).between(before, after)) {
       for (const [spots, picture] of [[from, before], [to, after]] as const) {
         for (const { longitude, latitude, height, own } of spots) {
           if (own === undefined) continue;
