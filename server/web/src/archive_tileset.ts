@@ -1,6 +1,6 @@
 // Tiles straight from an archive on any web server that answers range requests; docs/formats/archive.md is the definition.
 
-import { findTile, PMTiles, ResolvedValueCache, zxyToTileId, type Entry, type Header } from "pmtiles";
+import { EtagMismatch, findTile, PMTiles, ResolvedValueCache, zxyToTileId, type Entry, type Header } from "pmtiles";
 import type { Address } from "./address.ts";
 import { checkedMetadata, type Tileset } from "./tileset.ts";
 
@@ -41,7 +41,9 @@ class Files {
     const most = Math.min(count, length - from);
     if (most <= 0) return new Uint8Array();
     signal.throwIfAborted();
-    const { data } = await this.archive.source.getBytes(tileDataOffset + offset + from, most, signal, etag);
+    const { data } = await this.archive.source.getBytes(tileDataOffset + offset + from, most, signal, etag).catch((error: unknown) => {
+      throw error instanceof EtagMismatch ? new Error("the archive is another one by now: open it again", { cause: error }) : error;
+    });
     return new Uint8Array(data);
   }
 

@@ -85,7 +85,9 @@ export class TileDecoder {
   /** The levels as the header tells them, also those that are not there yet. */
   readonly levels: readonly Level[];
   private readonly header: Header;
-  private readonly decoder: LevelsDecoder;
+  /** Until the tile is whole. */
+  private decoder: LevelsDecoder | undefined;
+  private wholeTile: Tile | undefined;
   /** Those that no level was decoded from yet, and how many there are before them. */
   private waiting: Uint8Array;
   private decoded: number;
@@ -134,7 +136,12 @@ export class TileDecoder {
 
   /** What has been decoded so far. Levels that are missing add nothing and have the error of the last that is whole. */
   tile(): Tile {
-    return tileOf(this.header, this.levels, this.whole, this.decoder.levels());
+    if (this.wholeTile !== undefined) return this.wholeTile;
+    const tile = tileOf(this.header, this.levels, this.whole, this.decoder!.levels());
+    if (this.whole < this.levels.length) return tile;
+    // What decodes is far larger.
+    this.decoder = undefined;
+    return (this.wholeTile = tile);
   }
 
   private decodeWhole(): void {
@@ -150,7 +157,7 @@ export class TileDecoder {
   private decode(bytes: Uint8Array, isCut: boolean): void {
     const run: Run = { ...this.levels[this.whole]!, bytes, isCut };
     try {
-      this.decoder.add(run);
+      this.decoder!.add(run);
     } catch (error) {
       throw error instanceof LevelError ? new TileError(error.message, { cause: error }) : error;
     }

@@ -134,7 +134,8 @@ test("far away the terrain is not lost in haze", async () => {
   assert.ok(groundShare > 0.005, `${groundShare} of the picture is ground`);
 });
 
-test("neither the wheel nor a flight leads below the ground", async () => {
+/** Leads down by the wheel and then by flying, and tells how far above ground each ends. */
+async function descend() {
   await startAnew();
   // Each turn leaves 0.95 of the distance: these lead from tens of kilometres to metres, and finer ground comes in between.
   for (let times = 0; times < 3; times++) {
@@ -142,14 +143,23 @@ test("neither the wheel nor a flight leads below the ground", async () => {
     await settledStats();
   }
   const zoomed = await page.evaluate(() => window.terrain.metresAboveGround());
-  assert.ok(zoomed > 1.9 && zoomed < 10, `${zoomed} m above ground after zooming in`);
   await page.keyboard.press("f");
   await page.keyboard.down("q");
   await page.waitForTimeout(3000);
   await page.keyboard.up("q");
   await settledStats();
-  const flown = await page.evaluate(() => window.terrain.metresAboveGround());
-  assert.ok(flown > 1.9 && flown < 1000, `${flown} m above ground after flying down`);
+  return { zoomed, flown: await page.evaluate(() => window.terrain.metresAboveGround()) };
+}
+
+test("neither the wheel nor a flight leads below the ground, whatever heights are above", async () => {
+  const [first, ...others] = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json()));
+  for (const { name } of [first, ...others.filter((other) => other.name.endsWith("_ellipsoid"))]) {
+    if (name !== first.name) await page.selectOption("#tileset", name);
+    const { zoomed, flown } = await descend();
+    assert.ok(zoomed > 1.9 && zoomed < 10, `${name}: ${zoomed} m above ground after zooming in`);
+    assert.ok(flown > 1.9 && flown < 1000, `${name}: ${flown} m above ground after flying down`);
+  }
+  if (others.length > 0) await page.selectOption("#tileset", first.name);
 });
 
 test("arrows move the view, + and - bring it nearer and farther", async () => {
