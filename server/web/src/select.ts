@@ -392,7 +392,7 @@ class Selector {
   }
 
   private levelsWanted(tile: Seen, choice: Choice | undefined): number {
-    if (choice === undefined) return 1;
+    if (choice === undefined || tile.there === 0) return 1;
     // What children show that are there grows out of all that this one shows.
     const comesBack = this.scene.isVisible(tile) && this.scene.hasChildrenThere(tile);
     return comesBack ? tile.levels.length + SIDES : this.levelsNeeded(tile, choice);
