@@ -290,7 +290,7 @@ fn outside_is_outside_whatever_number_says_it() {
 fn many_threads_and_a_small_cache_give_the_same_and_a_warm_one_allocates_nothing() {
     let places = places(5_000);
     let frame = Frame::at(-88.0, 38.5, 0.0).unwrap();
-    let plan = plan(&frame, 5_000);
+    let plan = plan(&frame, 1_000);
     let all = |heights: &Heights| -> Vec<Place> {
         let at = places
             .iter()

@@ -60,7 +60,12 @@ impl GeoPackage {
             let (corner, pixel) = (coverage.corner, coverage.pixel);
             dataset.set_spatial_ref(&SpatialRef::from_epsg(4326)?)?;
             dataset.set_geo_transform(&[corner.x, pixel.x, 0.0, corner.y, 0.0, -pixel.y])?;
-            dataset.rasterband(1)?.set_no_data_value(Some(NO_GROUND))?;
+            let mut band = dataset.rasterband(1)?;
+            let set = band.set_no_data_value(Some(NO_GROUND));
+            // GDAL 3.6 says that it failed where it did not.
+            if band.no_data_value() != Some(NO_GROUND) {
+                set?;
+            }
             Ok(dataset)
         };
         Ok(Self {

@@ -123,15 +123,12 @@ impl Side {
                 let (from, to) = (beside(first), beside(last));
                 from / (from - to)
             }
-            Self::North(_) | Self::South(_) => {
-                let is_inside = |part: f64| {
-                    let place = to_geodetic(first.position.lerp(last.position, part));
-                    self.depth(DVec2::new(place.longitude, place.latitude)) >= 0.0
-                };
-                let (begins_inside, mut low, mut high) = (is_inside(0.0), 0.0_f64, 1.0_f64);
+            Self::North(parallel) | Self::South(parallel) => {
+                let is_north = |part: f64| to_geodetic(first.position.lerp(last.position, part)).latitude >= parallel;
+                let (begins_north, mut low, mut high) = (is_north(0.0), 0.0_f64, 1.0_f64);
                 for _ in 0..HALVINGS {
                     let between = low.midpoint(high);
-                    let end = if is_inside(between) == begins_inside {
+                    let end = if is_north(between) == begins_north {
                         &mut low
                     } else {
                         &mut high
