@@ -117,8 +117,9 @@ impl Side {
         };
         let part = match self {
             Self::East(meridian) | Self::West(meridian) => {
-                // A meridian is in a plane with the Earth's axis.
-                let (sine, cosine) = meridian.to_radians().sin_cos();
+                // A meridian is in a plane with the Earth's axis; that of 180° is the one of −180°, to the bit.
+                let same = if meridian >= 180.0 { meridian - 360.0 } else { meridian };
+                let (sine, cosine) = same.to_radians().sin_cos();
                 let beside = |corner: &Corner| corner.position.y * cosine - corner.position.x * sine;
                 let (from, to) = (beside(first), beside(last));
                 from / (from - to)
