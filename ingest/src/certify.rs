@@ -57,6 +57,8 @@ pub(crate) struct Certifier<'a> {
 
 /// Places of samples, by column and by row.
 struct Separable {
+    /// Column and row of the first.
+    first: [usize; 2],
     /// Sine and cosine of the longitude.
     columns: Vec<DVec2>,
     /// Sine and cosine of the latitude, and what is on the ellipsoid there: distance from the axis, and from the equator.
@@ -64,8 +66,14 @@ struct Separable {
 }
 
 impl<'a> Certifier<'a> {
-    /// `chunks` count columns and rows as `georeference` does.
-    pub(crate) fn new(georeference: &'a GeoReference, chunks: &'a dyn Chunks, bound: Bound) -> Self {
+    /// `chunks` count columns and rows as `georeference` does; most of what is measured is over `cells` of them. There may be very many
+    /// others, of which nothing is kept.
+    pub(crate) fn new(
+        georeference: &'a GeoReference,
+        chunks: &'a dyn Chunks,
+        bound: Bound,
+        cells: &[Range<usize>; 2],
+    ) -> Self {
         let [columns, rows] = chunks.size();
         let place = |column, row| georeference.geographic(DVec2::new(column as f64, row as f64));
         let last = place(columns - 1, rows - 1);
@@ -77,10 +85,11 @@ impl<'a> Certifier<'a> {
                 let on_ellipsoid = ellipsoid::above(DVec3::new(latitude.y, 0.0, latitude.x), 0.0);
                 [latitude.x, latitude.y, on_ellipsoid.x, on_ellipsoid.z]
             };
-            let columns = 0..columns;
+            let [columns, rows] = cells.clone();
             Separable {
+                first: [columns.start, rows.start],
                 columns: columns.map(|column| sine_and_cosine(place(column, 0).x)).collect(),
-                rows: (0..rows).map(row).collect(),
+                rows: rows.map(row).collect(),
             }
         });
         Self {
@@ -95,8 +104,9 @@ impl<'a> Certifier<'a> {
     #[inline]
     fn above(&self, at: DVec2, height: f64) -> (DVec3, DVec3) {
         if let Some(separable) = &self.separable
-            && let Some(&longitude) = separable.columns.get(at.x as usize)
-            && let Some(&[sine, cosine, from_axis, from_equator]) = separable.rows.get(at.y as usize)
+            && let Some(&longitude) = separable.columns.get((at.x as usize).wrapping_sub(separable.first[0]))
+            && let Some(&[sine, cosine, from_axis, from_equator]) =
+                separable.rows.get((at.y as usize).wrapping_sub(separable.first[1]))
         {
             let from_axis = from_axis + height * cosine;
             let up = DVec3::new(cosine * longitude.y, cosine * longitude.x, sine);

@@ -43,7 +43,8 @@ fn error_beyond(grid: &HeightGrid, mesh: &Mesh, bound: Bound, floor: f64) -> Opt
         height: p.z,
     };
     let chunks = ChunksInMemory::new(grid.whole());
-    Certifier::new(&grid.georeference, &chunks, bound).vertical_error(mesh, geodetic, floor)
+    Certifier::new(&grid.georeference, &chunks, bound, &[0..grid.columns, 0..grid.rows])
+        .vertical_error(mesh, geodetic, floor)
 }
 
 #[test]

@@ -380,7 +380,7 @@ impl<'a> Jobs<'a> {
 
     fn leaf_of_samples(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
         let (view, of_view) = self.view(square, &cells);
-        let certifier = Certifier::new(&of_view, &view, self.plan.bound);
+        let certifier = Certifier::new(&of_view, &view, self.plan.bound, &view.cells(&cells));
         let Some(grid) = self.window(square, cells)? else {
             return Ok(None);
         };
@@ -546,7 +546,7 @@ impl<'a> Jobs<'a> {
         make: impl FnOnce(&Reference, &Certifier) -> Result<T>,
     ) -> Result<T> {
         let (view, georeference) = self.view(square, &cells);
-        let certifier = Certifier::new(&georeference, &view, self.plan.bound);
+        let certifier = Certifier::new(&georeference, &view, self.plan.bound, &view.cells(&cells));
         let outside = || format!("tile {} is outside the raster", square.address());
         let [columns, rows] = view.cells(&cells);
         let first = [columns.start as i64, rows.start as i64];

@@ -38,7 +38,7 @@ impl ArchiveFile {
         let above = metadata.source.tiles_above();
         let datum = Some(above).filter(|&above| above != UNSPECIFIED).map(str::to_owned);
         let remark = format!(
-            "an archive; its surface is within {} m of what it was made from",
+            "an archive; its surface is within {:.2} m of what it was made from",
             metadata.finest_error(metadata.max_zoom)
         );
         let reader = Self {
