@@ -122,3 +122,24 @@ fn what_is_beyond_the_tip_of_a_wall_is_not_under_it() {
     let covered = error(&grid, &wall(0.875), Bound::Samples);
     assert!((covered - 60.0).abs() < 1.0, "{covered} m");
 }
+
+#[test]
+fn places_are_kept_of_the_samples_under_a_tile_alone_and_measure_the_same() {
+    let heights = (0..900).map(|index| ((index % 30) as f32 * 0.7).sin() * 40.0 + (index / 30) as f32);
+    let grid = raster(30, heights.collect());
+    let mesh = sheet(&grid, [20.0; 4]);
+    let geodetic = |p: DVec3| Geodetic {
+        longitude: p.x,
+        latitude: p.y,
+        height: p.z,
+    };
+    let chunks = ChunksInMemory::new(grid.whole());
+    let of_cells = |cells: [Range<usize>; 2]| {
+        let certifier = Certifier::new(&grid.georeference, &chunks, Bound::Surface, &cells);
+        let kept = certifier.separable.as_ref().unwrap();
+        assert_eq!([kept.columns.len(), kept.rows.len()], cells.map(|range| range.len()));
+        certifier.vertical_error(&mesh, geodetic, 0.0).unwrap()
+    };
+    let [all, few] = [of_cells([0..30, 0..30]), of_cells([12..20, 3..5])];
+    assert!((all - few).abs() < 1e-6, "{all} {few}");
+}
