@@ -259,7 +259,7 @@ function skipBreaklines(numbers: Numbers): void {
 function skipFilled(view: DataView, numbers: Numbers): void {
   const length = numbers.next();
   numbers.at += length;
-  check(numbers.at <= view.byteLength, "the header is cut off");
+  if (numbers.at > view.byteLength) throw new HeaderCut("the header is cut off");
 }
 
 function readSampling(view: DataView, numbers: Numbers): Sampling {

@@ -39,6 +39,15 @@ test("edges along breaklines are passed over", () => {
   assert.throws(() => decodeTile(bytes), TileError);
 });
 
+test("filled ground is passed over, and a header that ends in it is cut", () => {
+  // No edge along a breakline; five bytes of filled ground.
+  const filled = [0, 5, 1, 2, 3, 4, 5];
+  const bytes = Uint8Array.of(...SMALL.subarray(0, 52), ...filled, ...SMALL.subarray(52));
+  bytes[4] = 6;
+  assert.deepEqual(decodeTile(bytes), decodeTile(SMALL));
+  assert.throws(() => new TileDecoder(bytes.subarray(0, 57)), HeaderCut);
+});
+
 test("of the first tenth of a tile the decoder in Rust makes the same, byte for byte", () => {
   const whole = readFileSync(`${GOLDEN}square_v3.spt`);
   const { positions, representatives, corners, levels } = decodeTilePrefix(whole.subarray(0, Math.floor(whole.length / 10)));
