@@ -169,8 +169,11 @@ pub unsafe extern "C" fn terrain_heights_at(
     ground: *mut TerrainGround,
 ) -> TerrainStatus {
     // SAFETY: the caller promises it.
-    let (heights, ground) = unsafe { (&(*heights).heights, &mut *ground) };
-    tell(ground, || heights.at(longitude, latitude, zoom))
+    let heights = unsafe { &(*heights).heights };
+    let (status, found) = told(|| heights.at(longitude, latitude, zoom));
+    // SAFETY: the caller promises it; what is there may never have been set.
+    found.into_iter().for_each(|found| unsafe { ground.write(found) });
+    status
 }
 
 /// Makes the local frame of a place: degrees of longitude and latitude, and metres above the ellipsoid. Gives whether there is such a
@@ -212,23 +215,20 @@ pub unsafe extern "C" fn terrain_heights_in_frame(
     ground: *mut TerrainGround,
 ) -> TerrainStatus {
     // SAFETY: the caller promises it.
-    let (heights, frame, ground) = unsafe { (&(*heights).heights, &*frame, &mut *ground) };
-    tell(ground, || heights.in_frame(&frame.into(), east, north, zoom))
+    let (heights, frame) = unsafe { (&(*heights).heights, &*frame) };
+    let (status, found) = told(|| heights.in_frame(&frame.into(), east, north, zoom));
+    // SAFETY: the caller promises it; what is there may never have been set.
+    found.into_iter().for_each(|found| unsafe { ground.write(found) });
+    status
 }
 
-/// Sets `ground` where there is any.
-fn tell(ground: &mut TerrainGround, ask: impl FnOnce() -> Result<Place, HeightsError>) -> TerrainStatus {
+/// What was found, and the ground where there is any.
+fn told(ask: impl FnOnce() -> Result<Place, HeightsError>) -> (TerrainStatus, Option<TerrainGround>) {
     match catch_unwind(AssertUnwindSafe(ask)) {
-        Ok(Ok(Place::Measured(point, error))) => {
-            *ground = TerrainGround::at(point, error);
-            TerrainStatus::Measured
-        }
-        Ok(Ok(Place::Filled(point))) => {
-            *ground = TerrainGround::at(point, f64::NAN);
-            TerrainStatus::Filled
-        }
-        Ok(Ok(Place::Void)) => TerrainStatus::Void,
-        Ok(Ok(Place::Outside)) => TerrainStatus::Outside,
-        Ok(Err(_)) | Err(_) => TerrainStatus::Failed,
+        Ok(Ok(Place::Measured(point, error))) => (TerrainStatus::Measured, Some(TerrainGround::at(point, error))),
+        Ok(Ok(Place::Filled(point))) => (TerrainStatus::Filled, Some(TerrainGround::at(point, f64::NAN))),
+        Ok(Ok(Place::Void)) => (TerrainStatus::Void, None),
+        Ok(Ok(Place::Outside)) => (TerrainStatus::Outside, None),
+        Ok(Err(_)) | Err(_) => (TerrainStatus::Failed, None),
     }
 }

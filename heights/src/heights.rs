@@ -90,9 +90,9 @@ impl Heights {
         if !(longitude.is_finite() && (-90.0..=90.0).contains(&latitude)) {
             return Ok(Place::Outside);
         }
-        let longitude = (longitude + 180.0).rem_euclid(360.0) - 180.0;
+        let place = ground::Place::turned(longitude, latitude);
+        let ground::Place { longitude, latitude } = place;
         let address = tile_at(zoom.min(self.finest_zoom()), longitude, latitude);
-        let place = ground::Place { longitude, latitude };
         let ask = |ground: &Ground| {
             let point = ground.point(longitude, latitude)?;
             Some(if ground.is_filled(longitude, latitude) {

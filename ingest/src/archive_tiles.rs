@@ -8,7 +8,7 @@ use moka::sync::Cache;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::{LevelLimits, spt};
-use terrain_tiles::ground::Ground;
+use terrain_tiles::ground::{Ground, Place, answers};
 use terrain_tiles::tile::Tile;
 
 /// Surfaces kept in memory, bytes.
@@ -62,5 +62,14 @@ impl<A: Deref<Target = Reader>> Grounds<A> {
         };
         let found = self.kept.try_get_with(address, decode);
         found.map_err(|error: Arc<anyhow::Error>| anyhow!("{error:#}"))
+    }
+
+    /// Metres of the surface of `zoom` at places, in their order; none where there is no ground.
+    ///
+    /// # Errors
+    /// When a tile cannot be read.
+    pub(crate) fn heights(&self, zoom: u8, places: &[Place]) -> Result<Vec<Option<f64>>> {
+        let ask = |ground: &Ground, at: Place| ground.height(at.longitude, at.latitude);
+        answers::<Arc<Ground>, _, _>(zoom, places, |address| self.at(address), ask)
     }
 }

@@ -14,6 +14,7 @@
 //! it was.
 
 mod depths;
+mod family;
 mod finished;
 mod graph;
 mod jobs;

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use arc_swap::ArcSwap;
 use terrain_tiles::archive::ArchiveError;
 
-use crate::remote::{Remote, is_address};
+use crate::remote::{Address, Remote, is_address};
 use crate::tileset::Tileset;
 
 /// What ends the name of an archive in a folder.
@@ -28,6 +28,8 @@ pub(crate) type Tilesets = BTreeMap<String, Arc<Tileset>>;
 /// The archives that are served now.
 pub struct Catalogue {
     sources: Vec<PathBuf>,
+    /// Of the sources that are elsewhere.
+    addresses: BTreeMap<PathBuf, Address>,
     known: Mutex<BTreeMap<PathBuf, Known>>,
     tilesets: ArcSwap<Tilesets>,
 }
@@ -48,19 +50,6 @@ enum Identity {
     Object((u64, i64, Option<String>)),
 }
 
-impl Identity {
-    fn of(path: &Path) -> io::Result<Self> {
-        if is_address(path) {
-            return Remote::look(path).map(|object| Self::Object(object.identity()));
-        }
-        let file = fs::metadata(path)?;
-        Ok(Self::File(
-            [file.dev(), file.ino(), file.len()],
-            [file.ctime(), file.ctime_nsec()],
-        ))
-    }
-}
-
 impl Catalogue {
     /// Opens the archives `sources`, which are files, addresses, and folders whose files that end in `.pmtiles` are archives. Blocks:
     /// where there are addresses, on a thread of a runtime where that is no harm.
@@ -68,15 +57,21 @@ impl Catalogue {
     /// # Errors
     /// The first source that cannot be read. In a folder, archives that cannot are passed over, and the log says so.
     pub fn open(sources: Vec<PathBuf>) -> Result<Self, ArchiveError> {
+        let addresses = sources.iter().filter(|source| is_address(source)).map(|source| {
+            let address = Address::parse(source).map_err(|error| ArchiveError::Io(source.clone(), error))?;
+            Ok((source.clone(), address))
+        });
         let catalogue = Self {
+            addresses: addresses.collect::<Result<_, ArchiveError>>()?,
             sources,
             known: Mutex::default(),
             tilesets: ArcSwap::default(),
         };
         for source in &catalogue.sources {
             if !source.is_dir() {
-                let identity = Identity::of(source).map_err(|error| ArchiveError::Io(source.clone(), error))?;
-                let tileset = Some(Arc::new(Tileset::open(source)?));
+                let found = catalogue.look(source);
+                let (identity, remote) = found.map_err(|error| ArchiveError::Io(source.clone(), error))?;
+                let tileset = Some(Arc::new(Tileset::open(source, remote)?));
                 catalogue.lock().insert(source.clone(), Known { identity, tileset });
             }
         }
@@ -110,9 +105,9 @@ impl Catalogue {
         known.retain(|path, _| files.contains(path));
         let mut has_changed = known.len() != count;
         for path in files {
-            let identity = match Identity::of(&path) {
-                Ok(identity) => identity,
-                Err(error) if is_address(&path) && error.kind() == io::ErrorKind::NotFound => {
+            let (identity, remote) = match self.look(&path) {
+                Ok(found) => found,
+                Err(error) if self.addresses.contains_key(&path) && error.kind() == io::ErrorKind::NotFound => {
                     has_changed |= known.remove(&path).is_some();
                     continue;
                 }
@@ -121,7 +116,7 @@ impl Catalogue {
             };
             if known.get(&path).is_none_or(|before| before.identity != identity) {
                 let before = known.remove(&path).and_then(|before| before.tileset);
-                let tileset = open(&path).or(before);
+                let tileset = open(&path, remote).or(before);
                 known.insert(path, Known { identity, tileset });
                 has_changed = true;
             }
@@ -140,6 +135,17 @@ impl Catalogue {
         self.tilesets.load().get(name).cloned()
     }
 
+    /// What is at a path or an address now, by which it is known again, and the object itself where it is elsewhere.
+    fn look(&self, path: &Path) -> io::Result<(Identity, Option<Remote>)> {
+        if let Some(address) = self.addresses.get(path) {
+            let remote = address.look()?;
+            return Ok((Identity::Object(remote.identity()), Some(remote)));
+        }
+        let file = fs::metadata(path)?;
+        let identity = Identity::File([file.dev(), file.ino(), file.len()], [file.ctime(), file.ctime_nsec()]);
+        Ok((identity, None))
+    }
+
     /// Sources, and files in those that are folders.
     fn files(&self) -> BTreeSet<PathBuf> {
         let mut files = BTreeSet::new();
@@ -151,7 +157,7 @@ impl Catalogue {
                         .map(|entry| entry.path())
                         .filter(|path| path.extension().is_some_and(|ending| ending == ENDING)),
                 ),
-                Err(_) if is_address(source) || source.exists() => drop(files.insert(source.clone())),
+                Err(_) if self.addresses.contains_key(source) || source.exists() => drop(files.insert(source.clone())),
                 Err(_) => {}
             }
         }
@@ -164,8 +170,8 @@ impl Catalogue {
     }
 }
 
-fn open(path: &Path) -> Option<Arc<Tileset>> {
-    match Tileset::open(path) {
+fn open(path: &Path, remote: Option<Remote>) -> Option<Arc<Tileset>> {
+    match Tileset::open(path, remote) {
         Ok(tileset) => {
             tracing::info!("{}: version {}", path.display(), tileset.version);
             Some(Arc::new(tileset))

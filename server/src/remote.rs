@@ -31,41 +31,58 @@ pub(crate) fn is_address(source: &Path) -> bool {
     source.to_string_lossy().contains("://")
 }
 
-/// An object, as it was when it was looked at.
-pub(crate) struct Remote {
+/// Where an object is, and the connections to there.
+#[derive(Clone)]
+pub(crate) struct Address {
     objects: Arc<dyn ObjectStore>,
     key: Key,
-    meta: ObjectMeta,
     runtime: Handle,
+}
+
+/// An object, as it was when it was looked at.
+pub(crate) struct Remote {
+    address: Address,
+    meta: ObjectMeta,
     blocks: Cache<u64, Bytes>,
 }
 
-impl Remote {
-    /// Looks at the object at an address. Blocks: it is called on a thread where that is no harm.
+impl Address {
+    /// On a thread of a runtime.
     ///
     /// # Errors
-    /// [`io::ErrorKind::NotFound`] where there is none; another kind where it cannot be reached, or the address means nothing.
-    pub(crate) fn look(address: &Path) -> io::Result<Self> {
-        let url = Url::parse(&address.to_string_lossy()).map_err(invalid)?;
+    /// Where the address means nothing.
+    pub(crate) fn parse(source: &Path) -> io::Result<Self> {
+        let url = Url::parse(&source.to_string_lossy()).map_err(invalid)?;
         let of_environment = std::env::vars()
             .filter(|(name, _)| SETTINGS.iter().any(|prefix| name.starts_with(prefix)))
             .map(|(name, value)| (name.to_lowercase(), value));
         let plain = (url.scheme() == "http").then(|| ("allow_http".to_owned(), "true".to_owned()));
         let (objects, key) = object_store::parse_url_opts(&url, of_environment.chain(plain)).map_err(invalid)?;
-        let runtime = Handle::try_current().map_err(invalid)?;
-        let meta = runtime.block_on(objects.head(&key)).map_err(failed)?;
         Ok(Self {
             objects: objects.into(),
             key,
+            runtime: Handle::try_current().map_err(invalid)?,
+        })
+    }
+
+    /// Looks at what is there. Blocks: it is called on a thread where that is no harm.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::NotFound`] where there is nothing; another kind where it cannot be reached.
+    pub(crate) fn look(&self) -> io::Result<Remote> {
+        let meta = self.runtime.block_on(self.objects.head(&self.key)).map_err(failed)?;
+        Ok(Remote {
+            address: self.clone(),
             meta,
-            runtime,
             blocks: Cache::builder()
                 .weigher(|_, block: &Bytes| block.len() as u32)
                 .max_capacity(KEPT)
                 .build(),
         })
     }
+}
 
+impl Remote {
     /// Changes when the object is replaced: its size, when it was written, and its entity tag.
     pub(crate) fn identity(&self) -> (u64, i64, Option<String>) {
         let ObjectMeta {
@@ -85,8 +102,9 @@ impl Remote {
                 if_match: self.meta.e_tag.clone().filter(|tag| !tag.starts_with("W/")),
                 ..GetOptions::default()
             };
-            let get = async { self.objects.get_opts(&self.key, options).await?.bytes().await };
-            self.runtime.block_on(get).map_err(failed)
+            let Address { objects, key, runtime } = &self.address;
+            let get = async { objects.get_opts(key, options).await?.bytes().await };
+            runtime.block_on(get).map_err(failed)
         };
         let found = self.blocks.try_get_with(number, fetch);
         found.map_err(|error: Arc<io::Error>| io::Error::new(error.kind(), error.to_string()))

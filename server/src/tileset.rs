@@ -15,7 +15,7 @@ use terrain_tiles::metadata::Metadata;
 use terrain_tiles::tile::Tile;
 
 use crate::failure::Failure;
-use crate::remote::{Remote, is_address};
+use crate::remote::Remote;
 
 /// How many archives this process has opened.
 static GENERATIONS: AtomicU64 = AtomicU64::new(0);
@@ -47,13 +47,11 @@ pub(crate) enum TileError {
 }
 
 impl Tileset {
-    /// Opens the archive at a path or an address.
-    pub(crate) fn open(path: &Path) -> Result<Self, ArchiveError> {
-        let archive = if is_address(path) {
-            let remote = Remote::look(path).map_err(|error| ArchiveError::Io(path.into(), error))?;
-            Reader::over(path, Box::new(remote))?
-        } else {
-            Reader::open(path)?
+    /// Opens the archive at a path, or the one that was found at an address.
+    pub(crate) fn open(path: &Path, remote: Option<Remote>) -> Result<Self, ArchiveError> {
+        let archive = match remote {
+            Some(remote) => Reader::over(path, Box::new(remote))?,
+            None => Reader::open(path)?,
         };
         let version = format!("{:032x}", archive.version());
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

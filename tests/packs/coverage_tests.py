@@ -52,15 +52,8 @@ class Coverages(unittest.TestCase):
             self.assertTrue(longitudes.min() < west + pixel and longitudes.max() > east - pixel)
 
     def test_voids_are_no_ground(self):
-        path, archive = pack.folder() / "gpkg-holes.tif", pack.folder() / "gpkg-holes.pmtiles"
-        with rasterio.open(pack.DEM) as dem:
-            profile, heights = dem.profile, dem.read(1)
-        profile.update(nodata=-32768)
-        heights[100:160, 120:200] = -32768
-        with rasterio.open(path, "w", **profile) as holes:
-            holes.write(heights, 1)
+        archive, heights = pack.with_a_hole()
         output = pack.folder() / "holes.gpkg"
-        pack.run(path, "--max-error", "10", "-o", archive)
         pack.run("pack", archive, "--format", "gpkg", "-o", output)
         with rasterio.open(output) as raster:
             found = raster.read(1, masked=True)

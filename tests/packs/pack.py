@@ -36,6 +36,20 @@ def archive() -> Path:
 
 
 @functools.cache
+def with_a_hole() -> tuple[Path, numpy.ndarray]:
+    """An archive of the sample without a part in its middle, and that raster's heights; -32768 where there are none."""
+    dem, path = folder() / "holes.tif", folder() / "holes.pmtiles"
+    with rasterio.open(DEM) as whole:
+        profile, heights = whole.profile, whole.read(1)
+    profile.update(nodata=-32768)
+    heights[100:160, 120:200] = -32768
+    with rasterio.open(dem, "w", **profile) as holes:
+        holes.write(heights, 1)
+    run(dem, "--max-error", "10", "-o", path)
+    return path, heights
+
+
+@functools.cache
 def pack(*options: str) -> Path:
     path = folder() / "-".join(["sim", *options]).replace("--", "").replace(",", "_")
     run("pack", archive(), "--format", "sim", *options, "-o", path)

@@ -36,6 +36,17 @@ pub struct Place {
     pub latitude: f64,
 }
 
+impl Place {
+    /// That of a longitude which may be beyond ±180.
+    #[must_use]
+    pub fn turned(longitude: f64, latitude: f64) -> Self {
+        Self {
+            longitude: (longitude + 180.0).rem_euclid(360.0) - 180.0,
+            latitude,
+        }
+    }
+}
+
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {

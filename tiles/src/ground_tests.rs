@@ -9,6 +9,17 @@ use crate::tile::Lineage;
 
 /// A grid of `cells` a side with a hole of one cell, on the tile at `zoom`.
 fn tile(zoom: u8, cells: u32, height: impl Fn(u32, u32) -> f64) -> Tile {
+    let address = TileAddress::new(zoom, (1 << zoom) + 1, (1 << zoom) * 11 / 16).unwrap();
+    grid(address, cells, height, |place| cells == 1 || place != (1, 1))
+}
+
+/// A grid of `cells` a side, of those that are there, on the tile at an address.
+pub(super) fn grid(
+    address: TileAddress,
+    cells: u32,
+    height: impl Fn(u32, u32) -> f64,
+    has_cell: impl Fn((u32, u32)) -> bool,
+) -> Tile {
     let extent = f64::from(1 << 12);
     let lines = || 0..=cells;
     let at = |line: u32| (extent * f64::from(line) / f64::from(cells)).round();
@@ -24,7 +35,7 @@ fn tile(zoom: u8, cells: u32, height: impl Fn(u32, u32) -> f64) -> Tile {
     let mesh = Mesh {
         positions: positions.map(|(x, y)| DVec3::new(at(x), at(y), height(x, y))).collect(),
         triangles: places
-            .filter(|&place| cells == 1 || place != (1, 1))
+            .filter(|&place| has_cell(place))
             .flat_map(|(x, y)| cell(x, y))
             .collect(),
     };
@@ -33,7 +44,7 @@ fn tile(zoom: u8, cells: u32, height: impl Fn(u32, u32) -> f64) -> Tile {
         bands: vec![Band { end: 0, error: 1.5 }; 4],
     };
     Tile {
-        address: TileAddress::new(zoom, (1 << zoom) + 1, (1 << zoom) * 11 / 16).unwrap(),
+        address,
         extent_bits: 12,
         height_exponent: -6,
         sampling: None,

@@ -8,13 +8,11 @@
 mod block;
 mod lattice;
 
-use std::sync::Arc;
-
 use anyhow::ensure;
 use rayon::prelude::*;
 use serde_json::json;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::ground::{Ground, Place, answers};
+use terrain_tiles::ground::Place;
 
 use self::lattice::{Lattice, POSTS, STEP};
 use super::choice::Choice;
@@ -149,9 +147,7 @@ impl Heights<'_> {
         }
         let posts = (0..POSTS[0]).flat_map(|row| (0..POSTS[1]).map(move |column| [row, column]));
         let places: Vec<Place> = posts.map(|post| lattice.post(index, post)).collect();
-        let ground_at = |address| self.grounds.at(address);
-        let ask = |ground: &Ground, at: Place| ground.height(at.longitude, at.latitude);
-        let found = answers::<Arc<Ground>, _, _>(self.zoom, &places, ground_at, ask)?;
+        let found = self.grounds.heights(self.zoom, &places)?;
         if found.iter().all(Option::is_none) {
             return Ok(None);
         }

@@ -5,13 +5,12 @@
 //! ```
 
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::DVec2;
 use rayon::prelude::*;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
-use terrain_tiles::ground::{Ground, Place, answers};
+use terrain_tiles::ground::Place;
 use terrain_tiles::metadata::Metadata;
 
 use super::choice::Choice;
@@ -77,9 +76,7 @@ pub(super) fn write(archive: &Reader, choice: &Choice, spacing: Option<f64>, out
 
 /// Metres at places, NaN where there is no ground; none if nowhere is any.
 fn heights(grounds: &Grounds<&Reader>, zoom: u8, places: &[Place]) -> anyhow::Result<Option<Vec<f32>>> {
-    let ground_at = |address| grounds.at(address);
-    let ask = |ground: &Ground, at: Place| ground.height(at.longitude, at.latitude);
-    let found = answers::<Arc<Ground>, _, _>(zoom, places, ground_at, ask)?;
+    let found = grounds.heights(zoom, places)?;
     let is_there = found.iter().any(Option::is_some);
     let metres = found
         .into_iter()
@@ -132,10 +129,7 @@ impl Pixels {
         let all = (top..top + rows).flat_map(|row| (left..left + columns).map(move |column| (column, row)));
         let place = |(column, row): (usize, usize)| {
             let at = self.at(DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
-            Place {
-                longitude: (at.x + 180.0).rem_euclid(360.0) - 180.0,
-                latitude: at.y.clamp(-90.0, 90.0),
-            }
+            Place::turned(at.x, at.y.clamp(-90.0, 90.0))
         };
         all.map(place).collect()
     }

@@ -112,7 +112,7 @@ pub(super) fn write_of_file(old: &Path, new: &Path, output: &Path) -> anyhow::Re
         format: FORMAT_OF_FILE.to_owned(),
         version: VERSION,
         rows,
-        file: pieces::sum(new)?,
+        file: Sum::of_file(new)?,
     };
     fs::write(output.join(LIST), serde_json::to_vec_pretty(&list)?)?;
     work.close()?;
@@ -131,7 +131,7 @@ fn apply_to_file(list: &OneFile, old: &Path, difference: &Path, output: &Path) -
         } else {
             pieces::join(old, difference, &whole)?;
         }
-        let made = pieces::sum(&whole)?;
+        let made = Sum::of_file(&whole)?;
         if made != list.file {
             let reason = format!("{}: is not the pack that the difference was made with", old.display());
             return Err(Unusable(reason).into());

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
@@ -71,22 +71,47 @@ pub(super) fn sizes(folder: &Path) -> anyhow::Result<BTreeMap<String, u64>> {
 }
 
 /// What tells a file from others.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct Sum {
     pub(super) bytes: u64,
     /// In hexadecimal digits.
     pub(super) sha256: String,
 }
 
+impl Sum {
+    /// Of some bytes.
+    pub(super) fn of(bytes: &[u8]) -> Self {
+        Self::made(bytes.len() as u64, Sha256::new_with_prefix(bytes))
+    }
+
+    /// Of a whole file.
+    pub(super) fn of_file(path: &Path) -> io::Result<Self> {
+        let mut hash = Sha256::new();
+        let mut file = BufReader::new(File::open(path)?);
+        let mut bytes = 0;
+        loop {
+            let data = file.fill_buf()?;
+            let length = data.len();
+            if length == 0 {
+                return Ok(Self::made(bytes, hash));
+            }
+            hash.update(data);
+            bytes += length as u64;
+            file.consume(length);
+        }
+    }
+
+    fn made(bytes: u64, hash: Sha256) -> Self {
+        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Self { bytes, sha256 }
+    }
+}
+
 /// Of all files of a folder.
 pub(super) fn sums(folder: &Path) -> anyhow::Result<BTreeMap<String, Sum>> {
-    let sum = |(path, bytes): (String, u64)| {
-        let content = fs::read(folder.join(&path)).with_context(|| path.clone())?;
-        let sha256 = Sha256::digest(content)
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
-        anyhow::Ok((path, Sum { bytes, sha256 }))
+    let sum = |path: String| {
+        let sum = Sum::of_file(&folder.join(&path)).with_context(|| path.clone())?;
+        anyhow::Ok((path, sum))
     };
-    sizes(folder)?.into_par_iter().map(sum).collect()
+    sizes(folder)?.into_par_iter().map(|(path, _)| sum(path)).collect()
 }

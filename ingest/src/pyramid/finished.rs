@@ -13,7 +13,7 @@ use terrain_tiles::formats::spt::{self, Head};
 use terrain_tiles::metadata::{Metadata, Zoom};
 use terrain_tiles::tile::Tile;
 
-use super::jobs::Child;
+use super::family::Child;
 use crate::lattice::Square;
 use crate::outside::outline_of;
 use crate::store::{Name, Store};

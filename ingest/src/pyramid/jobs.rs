@@ -6,11 +6,10 @@
 //! parent(square)            ← its children's coarsest meshes, the samples under it, the curves of its sides
 //! ```
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
 use moka::sync::Cache;
 use rayon::prelude::*;
@@ -20,12 +19,12 @@ use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::relief::CHUNK;
 use terrain_core::height_field::simplify::{Allowance, Simplifier};
-use terrain_core::{Mesh, mesh};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE, on_ellipsoid};
 use terrain_tiles::filled::Filled;
-use terrain_tiles::tile::{Lineage, Tile};
+use terrain_tiles::tile::Tile;
 
+use super::family::{self, Child};
 use super::plan::Plan;
 use crate::border::BorderCurve;
 use crate::breaklines::Breaklines;
@@ -65,29 +64,6 @@ pub(crate) struct Jobs<'a> {
     of_lattice: GeoReference,
     breaklines: Breaklines,
     curves: Cache<Edge, Arc<BorderCurve>>,
-}
-
-/// A child's part of its parent.
-pub(crate) struct Child {
-    pub(crate) square: Square,
-    pub(crate) coarsest: Mesh,
-    /// Edges of it along breaklines, by their ends.
-    pub(crate) breaklines: Vec<[[i64; 2]; 2]>,
-    pub(crate) filled: Filled,
-    pub(crate) lineage: Lineage,
-}
-
-impl Child {
-    /// What the parent takes of a tile.
-    pub(crate) fn of(square: Square, tile: &Tile) -> Self {
-        Self {
-            square,
-            coarsest: tile.surface(tile.coarsest()),
-            breaklines: tile.breaklines.clone(),
-            filled: tile.filled.clone(),
-            lineage: tile.lineage,
-        }
-    }
 }
 
 /// A square's plan coordinates over a grid, and the rectangle in which they are needed.
@@ -329,18 +305,15 @@ impl<'a> Jobs<'a> {
     /// # Errors
     /// When samples cannot be read.
     pub(crate) fn leaf(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
-        let filled = self.filled(square, &cells)?;
-        let with_filled = |tile: Option<Tile>| tile.map(|tile| Tile { filled, ..tile });
-        if self.plan.height(square) == 0 {
-            return self.leaf_of_samples(square, cells).map(with_filled);
-        }
-        if self.is_whole(&cells)? {
-            let curves = self.curves_around(square)?;
-            let sides = curves.each_ref().map(|curve| curve.as_ref());
-            let made = self.over_blocks(square, cells, |reference, certifier| {
-                self.leaf_over(square, None, reference, sides, certifier)
-            });
-            return made.map(with_filled);
+        let is_of_samples = self.plan.height(square) == 0;
+        if is_of_samples || self.is_whole(&cells)? {
+            let filled = self.filled(square, &cells)?;
+            let made = if is_of_samples {
+                self.leaf_of_samples(square, cells)
+            } else {
+                self.leaf_of_blocks(square, cells)
+            };
+            return Ok(made?.map(|tile| Tile { filled, ..tile }));
         }
         let child = |child: Square| {
             let Some(cells) = self.cells_with_samples(child) else {
@@ -354,7 +327,7 @@ impl<'a> Jobs<'a> {
         if children.is_empty() {
             return Ok(None);
         }
-        self.parent(square, cells, &children).map(Some).map(with_filled)
+        self.parent(square, cells, &children).map(Some)
     }
 
     /// Whether all samples of a rectangle have heights, so that no outline is there, nor a breakline.
@@ -403,6 +376,14 @@ impl<'a> Jobs<'a> {
         let sides = curves.each_ref().map(|curve| curve.as_ref());
         let outline = self.border_source(&grid);
         self.leaf_over(square, Some(&outline), &reference, sides, &certifier)
+    }
+
+    fn leaf_of_blocks(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {
+        let curves = self.curves_around(square)?;
+        let sides = curves.each_ref().map(|curve| curve.as_ref());
+        self.over_blocks(square, cells, |reference, certifier| {
+            self.leaf_over(square, None, reference, sides, certifier)
+        })
     }
 
     fn leaf_over(
@@ -481,27 +462,17 @@ impl<'a> Jobs<'a> {
     /// When samples cannot be read, or the children do not meet.
     pub(crate) fn parent(&self, square: Square, cells: [Range<usize>; 2], children: &[Child]) -> Result<Tile> {
         self.over_blocks(square, cells, |reference, certifier| {
-            let largest = |value: fn(&Lineage) -> f32| {
-                let values = children.iter().map(|child| f64::from(value(&child.lineage)));
-                values.fold(0.0, f64::max)
-            };
-            let finest = Finest {
-                mesh: self.welded(children)?,
-                breaklines: self.breaklines_of(children),
-                outline_strayed: largest(|lineage| lineage.outline_strayed),
-                error: Some(largest(|lineage| lineage.coarsest_measured)),
-            };
+            let finest = family::finest(self.plan.lattice, children)?;
             let curves = self.curves_around(square)?;
             let sides = curves.each_ref().map(|curve| curve.as_ref());
             let tolerance = self.plan.error_at(square.zoom);
-            let mut tile = self
+            let tile = self
                 .build(certifier)
                 .node(square, reference, finest, sides, tolerance)?;
-            for child in children {
-                let quarter = [child.square.x, child.square.y].map(|at| at.rem_euclid(2) as usize);
-                tile.filled.take_over(&child.filled, quarter);
-            }
-            Ok(tile)
+            Ok(Tile {
+                filled: family::filled(children),
+                ..tile
+            })
         })
     }
 
@@ -567,52 +538,6 @@ impl<'a> Jobs<'a> {
             self.plan.bound,
         );
         make(&reference, &certifier)
-    }
-
-    /// The edges along breaklines of a family, in the parent's coordinates.
-    fn breaklines_of(&self, family: &[Child]) -> Vec<[DVec2; 2]> {
-        let of_child = |child: &Child| {
-            let place = |[x, y]: [i64; 2]| {
-                let at = DVec3::new(x as f64, y as f64, 0.0);
-                self.plan.lattice.in_parent(child.square, at).truncate()
-            };
-            child.breaklines.iter().map(|edge| edge.map(place)).collect::<Vec<_>>()
-        };
-        family.iter().flat_map(of_child).collect()
-    }
-
-    /// The coarsest meshes of a family as one, in the parent's coordinates.
-    fn welded(&self, family: &[Child]) -> Result<Mesh> {
-        let mut mesh = Mesh::default();
-        let mut numbers: HashMap<[i64; 2], u32> = HashMap::new();
-        for child in family {
-            let extent = self.plan.lattice.extent(child.square.zoom);
-            let mut number = Vec::with_capacity(child.coarsest.positions.len());
-            for &position in &child.coarsest.positions {
-                let at = self.plan.lattice.in_parent(child.square, position);
-                let own = mesh.positions.len() as u32;
-                let is_shared = leaf::is_on_side(position, extent);
-                let found = if is_shared {
-                    *numbers.entry([at.x as i64, at.y as i64]).or_insert(own)
-                } else {
-                    own
-                };
-                if found == own {
-                    mesh.positions.push(at);
-                } else if mesh.positions[found as usize] != at {
-                    bail!(
-                        "tile {}: its side does not meet its neighbour's",
-                        child.square.address()
-                    );
-                }
-                number.push(found);
-            }
-            let triangles = child.coarsest.triangles.iter();
-            mesh.triangles
-                .extend(triangles.map(|corners| corners.map(|corner| number[corner as usize])));
-        }
-        mesh::separate_fans(&mut mesh, |_| false);
-        Ok(mesh)
     }
 }
 

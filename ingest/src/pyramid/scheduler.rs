@@ -7,8 +7,9 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 
+use super::family::Child;
 use super::finished::{FinishedTiles, TileRecord};
-use super::jobs::{Child, Jobs};
+use super::jobs::Jobs;
 use crate::chunks::to_bytes;
 use crate::lattice::Square;
 use crate::progress::Progress;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use gdal::spatial_ref::SpatialRef;
 use glam::{DAffine2, DVec2};
 use terrain_tiles::archive::Reader as Archive;
-use terrain_tiles::ground::{Place, answers};
+use terrain_tiles::ground::Place;
 
 use super::reader::{Found, Reader};
 use super::{ReadError, UNSPECIFIED};
@@ -62,21 +62,15 @@ impl Reader for ArchiveFile {
     fn stored(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f64>, ReadError> {
         let place = |column: usize, row: usize| {
             let degrees = self.to_degrees.transform_point2(DVec2::new(column as f64, row as f64));
-            Place {
-                longitude: (degrees.x + 180.0).rem_euclid(360.0) - 180.0,
-                latitude: degrees.y,
-            }
+            Place::turned(degrees.x, degrees.y)
         };
         let places: Vec<Place> = rows
             .flat_map(|row| columns.clone().map(move |column| place(column, row)))
             .collect();
-        let heights = answers(
-            self.zoom,
-            &places,
-            |address| self.grounds.at(address),
-            |ground, place| ground.height(place.longitude, place.latitude),
-        );
-        let heights = heights.map_err(|error| ReadError::unreadable(&self.path, error))?;
+        let heights = self
+            .grounds
+            .heights(self.zoom, &places)
+            .map_err(|error| ReadError::unreadable(&self.path, error))?;
         Ok(heights.into_iter().map(|height| height.unwrap_or(f64::NAN)).collect())
     }
 }

@@ -25,6 +25,8 @@ interface Drawable extends PlacedTile {
   readonly mesh: TileMesh;
   /** How many levels it has. */
   readonly there: number;
+  /** The interior ones of the whole tile. */
+  readonly levels: readonly Level[];
 }
 
 interface LoadedTile {
@@ -90,7 +92,7 @@ export class TileStore implements Hierarchy {
     const found = this.loaded.get(keyOf(address));
     if (found === undefined) return this.expectedLevels(address);
     found.lastAsked = this.selection;
-    return levelsOf(found);
+    return found.drawable.levels;
   }
 
   levelsThere(address: Address): number {
@@ -208,7 +210,8 @@ export class TileStore implements Hierarchy {
 
   private keep(key: string, decoder: TileDecoder): void {
     const tile = placed(decoder.tile(), this.frame);
-    const drawable = { ...tile, mesh: new TileMesh(tile, this.frame, this.shared), there: decoder.levelsThere };
+    const mesh = new TileMesh(tile, this.frame, this.shared);
+    const drawable = { ...tile, mesh, there: decoder.levelsThere, levels: levelsOf(decoder, mesh) };
     this.loaded.set(key, { decoder, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
     this.boxes.set(key, this.boxOf(tile.tile));
   }
@@ -260,11 +263,11 @@ export class TileStore implements Hierarchy {
 }
 
 /** The interior levels of a tile; the finest with all sides fine. Its mesh holds those that are there. */
-function levelsOf({ decoder: { levels }, drawable }: LoadedTile): readonly Level[] {
+function levelsOf({ levels }: TileDecoder, mesh: TileMesh): readonly Level[] {
   const count = interiorLevels({ levels });
   return levels.slice(0, count).map(({ error }, interior) => {
     const triangles = triangleCount({ levels }, { interior, fineSides: interior + 1 === count ? ALL_SIDES : [] });
-    return { error, triangles, bytes: drawable.mesh.byteLength };
+    return { error, triangles, bytes: mesh.byteLength };
   });
 }
 

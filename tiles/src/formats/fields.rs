@@ -99,7 +99,6 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// The fields after magic and version.
     /// The fields after magic and version, and the version.
     pub(crate) fn open(bytes: &'a [u8], format: &Format) -> Result<(Self, u8), DecodeError> {
         let mut fields = Self::new(bytes);

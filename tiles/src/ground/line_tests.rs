@@ -2,12 +2,10 @@
 
 use std::convert::Infallible;
 
-use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
-
+use super::super::tests::grid;
 use super::*;
 use crate::ellipsoid::{east_north_up, to_earth_centred};
-use crate::filled::Filled;
-use crate::tile::{Lineage, Tile};
+use crate::tile::Tile;
 
 const CELLS: u32 = 9;
 const HEIGHTS: [f64; 2] = [-500.0, 2_000.0];
@@ -18,40 +16,9 @@ fn height(x: u32, y: u32) -> f64 {
 
 /// A grid of cells on the tile at an address, whose sides are those of its neighbours.
 fn tile(address: TileAddress) -> Tile {
-    let extent = f64::from(1 << 12);
-    let lines = || 0..=CELLS;
-    let at = |line: u32| (extent * f64::from(line) / f64::from(CELLS)).round();
     let around = (2 << address.zoom) * CELLS;
     let node = |x: u32, y: u32| height((address.x * CELLS + x) % around, address.y * CELLS + y);
-    let positions = lines().flat_map(|y| lines().map(move |x| (x, y)));
-    let cell = |x: u32, y: u32| {
-        let corner = y * (CELLS + 1) + x;
-        [
-            [corner, corner + 1, corner + CELLS + 2],
-            [corner, corner + CELLS + 2, corner + CELLS + 1],
-        ]
-    };
-    let mesh = Mesh {
-        positions: positions.map(|(x, y)| DVec3::new(at(x), at(y), node(x, y))).collect(),
-        triangles: (0..CELLS)
-            .flat_map(|y| (0..CELLS).flat_map(move |x| cell(x, y)))
-            .collect(),
-    };
-    let log = CollapseLog {
-        collapses: Vec::new(),
-        bands: vec![Band { end: 0, error: 1.5 }; 4],
-    };
-    Tile {
-        address,
-        extent_bits: 12,
-        height_exponent: -6,
-        sampling: None,
-        lineage: Lineage::default(),
-        breaklines: Vec::new(),
-        filled: Filled::default(),
-        partition: SurfacePartition::from_log(&mesh, &log, 1.5).unwrap(),
-        outline_errors: vec![0.0; 5],
-    }
+    grid(address, CELLS, node, |_| true)
 }
 
 /// All tiles of the 4 × 4 squares around one.

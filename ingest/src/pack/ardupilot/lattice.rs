@@ -60,10 +60,7 @@ impl Lattice {
             .map(|metres| metres / f64::from(METRES_IN_UNIT));
         let middle = latitude + north / 2.0;
         let longitude = (longitude + east / scale(middle)) / UNITS;
-        Place {
-            longitude: (longitude + 180.0).rem_euclid(360.0) - 180.0,
-            latitude: ((latitude + north) / UNITS).min(90.0),
-        }
+        Place::turned(longitude, ((latitude + north) / UNITS).min(90.0))
     }
 
     /// Metres north and east of the corner.

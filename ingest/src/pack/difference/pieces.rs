@@ -7,13 +7,12 @@
 //! ```
 
 use std::collections::{HashMap, HashSet};
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use anyhow::Context;
 use fastcdc::v2020::StreamCDC;
-use sha2::{Digest, Sha256};
 
 use super::super::folder::Sum;
 use super::super::unusable::Unusable;
@@ -24,14 +23,6 @@ const BYTES: [usize; 3] = [1 << 10, 1 << 12, 1 << 16];
 const ORDER: &str = "pieces.txt";
 /// Pieces that are new, one after the other.
 const PIECES: &str = "pieces";
-
-/// A piece by what is in it.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Piece {
-    /// In hexadecimal digits.
-    sha256: String,
-    bytes: usize,
-}
 
 /// Writes what `new` has that `old` has not into the folder `output`. Gives how many pieces of the new file are in the old one, and how
 /// many of the old one are not in the new one.
@@ -70,10 +61,10 @@ pub(super) fn join(old: &Path, difference: &Path, output: &Path) -> anyhow::Resu
     let mut pieces = BufReader::new(open(&difference.join(PIECES))?);
     let order = BufReader::new(open(&difference.join(ORDER))?);
     let mut whole = BufWriter::new(File::create_new(output)?);
-    let mut added: HashMap<Piece, Vec<u8>> = HashMap::new();
+    let mut added: HashMap<Sum, Vec<u8>> = HashMap::new();
     for line in order.lines() {
         let piece = parse(&line?)?;
-        let mut data = vec![0; piece.bytes];
+        let mut data = vec![0; piece.bytes as usize];
         if let Some(&offset) = places.get(&piece) {
             old.seek(SeekFrom::Start(offset))?;
             old.read_exact(&mut data)?;
@@ -89,36 +80,13 @@ pub(super) fn join(old: &Path, difference: &Path, output: &Path) -> anyhow::Resu
     Ok(whole.flush()?)
 }
 
-/// Of a whole file.
-pub(super) fn sum(path: &Path) -> anyhow::Result<Sum> {
-    let mut hash = Sha256::new();
-    let mut file = BufReader::new(File::open(path)?);
-    loop {
-        let data = file.fill_buf()?;
-        if data.is_empty() {
-            break;
-        }
-        hash.update(data);
-        let length = data.len();
-        file.consume(length);
-    }
-    Ok(Sum {
-        bytes: fs::metadata(path)?.len(),
-        sha256: hexadecimal(&hash.finalize()),
-    })
-}
-
 /// Calls `take` with each piece of a file, where it is and what is in it.
-fn each(path: &Path, mut take: impl FnMut(Piece, u64, &[u8]) -> anyhow::Result<()>) -> anyhow::Result<()> {
+fn each(path: &Path, mut take: impl FnMut(Sum, u64, &[u8]) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let file = File::open(path).with_context(|| path.display().to_string())?;
     let [least, usual, most] = BYTES;
     for chunk in StreamCDC::new(BufReader::new(file), least, usual, most) {
         let chunk = chunk.map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
-        let piece = Piece {
-            sha256: hexadecimal(&Sha256::digest(&chunk.data)),
-            bytes: chunk.length,
-        };
-        take(piece, chunk.offset, &chunk.data)?;
+        take(Sum::of(&chunk.data), chunk.offset, &chunk.data)?;
     }
     Ok(())
 }
@@ -127,18 +95,14 @@ fn open(path: &Path) -> Result<File, Unusable> {
     File::open(path).map_err(|error| Unusable(format!("{}: {error}", path.display())))
 }
 
-fn parse(line: &str) -> Result<Piece, Unusable> {
+fn parse(line: &str) -> Result<Sum, Unusable> {
     let of_line = || {
         let (sha256, bytes) = line.split_once(' ')?;
-        let bytes = bytes.parse().ok().filter(|bytes| *bytes <= BYTES[2])?;
-        Some(Piece {
+        let bytes = bytes.parse().ok().filter(|bytes| *bytes <= BYTES[2] as u64)?;
+        Some(Sum {
             sha256: sha256.to_owned(),
             bytes,
         })
     };
     of_line().ok_or_else(|| Unusable(format!("{ORDER}: `{line}` is no piece")))
-}
-
-fn hexadecimal(hash: &[u8]) -> String {
-    hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
