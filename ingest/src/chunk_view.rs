@@ -6,7 +6,8 @@ use std::sync::Arc;
 use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::relief::{CHUNK, Chunk};
 
-use crate::chunks::{ChunkId, ChunkedRaster, FIRST, MOST_LEVELS};
+use crate::chunk_grid::{ChunkId, FIRST, MOST_LEVELS};
+use crate::chunks::ChunkedRaster;
 
 /// Chunks under a rectangle of the raster, in columns and rows that are counted from a place on the lattice of chunks that
 /// follows from the rectangle alone: what is computed from them is the same whatever else the raster holds.

@@ -7,7 +7,8 @@
 //!     chunk ← its four parts of the level below      named by all samples under it
 //! ```
 //! Chunks are counted from a fixed place on the lattice of the first file, so that they stay the same when others are added.
-//! What has no height has no chunk: rasters far apart cost what each costs.
+//! What has no height has no chunk: rasters far apart cost what each costs. What follows from own samples of a coarse file is made when it
+//! is asked for ([`crate::interpolated`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -16,57 +17,19 @@ use std::sync::{Arc, OnceLock};
 use anyhow::{Context, Result, bail, ensure};
 use moka::sync::Cache;
 use rayon::prelude::*;
-use terrain_core::height_field::chunks::top_over;
 use terrain_core::height_field::relief::{CHUNK, CORNERS, Chunk};
 
+use crate::chunk_grid::{ChunkId, chunks_under, first_sample, from_bytes, overlap, samples_key, to_bytes, top_level};
+use crate::intake::Taken;
+use crate::interpolated::Interpolated;
 use crate::progress::Progress;
 use crate::samples::{Raster, Samples, Window};
 use crate::store::{Name, Store};
 
-/// Where the first sample of the first file is on the lattice of chunks, in both directions: a multiple of any chunk's size.
-pub(crate) const FIRST: i64 = 1 << 31;
-/// Levels above which nothing is gained: one chunk then covers 2^24 cells.
-pub(crate) const MOST_LEVELS: u8 = 16;
-
-/// Which chunk: its level, and its column and row among the chunks of that level.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct ChunkId {
-    pub(crate) level: u8,
-    pub(crate) x: u32,
-    pub(crate) y: u32,
-}
-
-impl ChunkId {
-    fn above(self) -> Self {
-        Self {
-            level: self.level + 1,
-            x: self.x / 2,
-            y: self.y / 2,
-        }
-    }
-
-    /// The four of the level below, by row.
-    fn parts(self) -> [Self; 4] {
-        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| Self {
-            level: self.level - 1,
-            x: 2 * self.x + x,
-            y: 2 * self.y + y,
-        })
-    }
-
-    /// This one, and those that have the samples just beyond its last column and row.
-    fn with_following(self) -> [Self; 4] {
-        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| Self {
-            x: self.x + x,
-            y: self.y + y,
-            ..self
-        })
-    }
-}
-
 /// The raster in the store: any window of its samples, any chunk of its relief.
 pub(crate) struct ChunkedRaster {
     store: Store,
+    interpolated: Interpolated,
     /// Columns and rows, counted from a corner of a chunk of the highest level: nothing is in the first ones where samples begin
     /// later.
     size: [usize; 2],
@@ -85,7 +48,13 @@ pub(crate) struct ChunkedRaster {
 
 impl ChunkedRaster {
     /// The raster whose samples were taken into the store. `memory` is how many bytes of chunks are kept at hand.
-    pub(crate) fn new(raster: &dyn Raster, store: &Store, samples: BTreeMap<ChunkId, Name>, memory: u64) -> Self {
+    ///
+    /// # Errors
+    /// When something of it is missing.
+    pub(crate) fn new(raster: &dyn Raster, store: &Store, taken: Taken, memory: u64) -> Result<Self> {
+        let interpolated = Interpolated::new(raster, store, taken.interpolated, taken.own);
+        let mut names = taken.names;
+        names.extend(interpolated.names()?);
         let cache = |bytes: u64| bytes.max(1 << 20);
         let (size, first) = (raster.size(), first_sample(raster));
         let top_level = top_level(size);
@@ -94,10 +63,11 @@ impl ChunkedRaster {
         let before = [0, 1].map(|axis| first[axis] - corner[axis]);
         let mut raster = Self {
             store: store.clone(),
+            interpolated,
             size: [before[0] + size[0], before[1] + size[1]],
             corner,
             before,
-            names: samples,
+            names,
             top_level,
             fault: OnceLock::new(),
             samples: Cache::builder()
@@ -105,12 +75,12 @@ impl ChunkedRaster {
                 .max_capacity(cache(memory / 2))
                 .build(),
             relief: Cache::builder()
-                .weigher(|_, chunk: &Arc<Chunk>| (4 * chunk.corners.len() + 8 * chunk.residuals.len()) as u32)
+                .weigher(|_, chunk: &Arc<Chunk>| chunk.bytes() as u32)
                 .max_capacity(cache(memory / 2))
                 .build(),
         };
         raster.name_levels();
-        raster
+        Ok(raster)
     }
 
     /// Names the chunks above the samples, level by level.
@@ -170,8 +140,8 @@ impl ChunkedRaster {
     /// Whether a chunk above the samples, and so all below it, is in the store.
     pub(crate) fn is_made(&self, id: ChunkId) -> Result<bool> {
         match self.names.get(&id) {
-            Some(&name) => self.store.has(&relief_key(id, name)),
-            None => Ok(true),
+            Some(&name) if !self.interpolated.has_relief(id) => self.store.has(&relief_key(id, name)),
+            _ => Ok(true),
         }
     }
 
@@ -181,7 +151,7 @@ impl ChunkedRaster {
             return Ok(());
         };
         let key = relief_key(id, name);
-        if self.store.has(&key)? {
+        if self.interpolated.has_relief(id) || self.store.has(&key)? {
             progress.skip(self.lowest_under(id));
             return Ok(());
         }
@@ -253,7 +223,9 @@ impl ChunkedRaster {
         if let Some(chunk) = self.relief.get(&id) {
             return Ok(Some(chunk));
         }
-        let made = if id.level == 0 {
+        let made = if let Some(chunk) = self.interpolated.relief(id)? {
+            Some(chunk)
+        } else if id.level == 0 {
             Chunk::of_samples(self.bordered(id)?)
         } else {
             self.names.get(&id).map(|&name| self.read_chunk(id, name)).transpose()?
@@ -295,6 +267,7 @@ impl ChunkedRaster {
                 .collect(),
             corners: values[..count].to_vec(),
             residuals: values[count..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect(),
+            computed: None,
         })
     }
 
@@ -304,15 +277,76 @@ impl ChunkedRaster {
         let sizes = [[CHUNK, CHUNK], [1, CHUNK], [CHUNK, 1], [1, 1]];
         let places = [[0, 0], [CHUNK, 0], [0, CHUNK], [CHUNK, CHUNK]];
         for ((part, [columns, rows]), [left, top]) in id.with_following().into_iter().zip(sizes).zip(places) {
-            let Some(part) = self.samples_of(part)? else { continue };
-            for row in 0..rows {
+            let Some(heights) = self.heights_of(part, 0..columns, 0..rows)? else {
+                continue;
+            };
+            for (row, heights) in heights.chunks_exact(columns).enumerate() {
                 let to = (top + row) * CORNERS + left;
-                samples[to..to + columns].copy_from_slice(&part.heights[row * CHUNK..row * CHUNK + columns]);
+                samples[to..to + columns].copy_from_slice(heights);
             }
         }
         Ok(samples)
     }
 
+    /// Heights of some columns and rows of a chunk, row by row; none where nothing has a height.
+    fn heights_of(&self, id: ChunkId, columns: Range<usize>, rows: Range<usize>) -> Result<Option<Vec<f32>>> {
+        if self.interpolated.has(id) {
+            return self.interpolated.heights(id, columns, rows);
+        }
+        let samples = self.samples_of(id)?;
+        Ok(samples.map(|samples| {
+            let row = |row: usize| &samples.heights[row * CHUNK..][columns.clone()];
+            rows.flat_map(row).copied().collect()
+        }))
+    }
+
+    /// Whether all samples of a rectangle have heights.
+    ///
+    /// # Errors
+    /// When the store cannot be read.
+    pub(crate) fn is_whole(&self, columns: &Range<usize>, rows: &Range<usize>) -> Result<bool> {
+        for id in chunks_under(0, self.corner, [columns, rows]) {
+            if self.interpolated.has(id) {
+                continue;
+            }
+            let Some(samples) = self.samples_of(id)? else {
+                return Ok(false);
+            };
+            let [across, down] = self.in_chunk(id, columns, rows);
+            let row = |row: usize| &samples.heights[row * CHUNK..][across.clone()];
+            if down.flat_map(row).any(|height| height.is_nan()) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Whether a chunk of the relief follows from a coarse file's samples.
+    #[cfg(test)]
+    pub(crate) fn follows(&self, id: ChunkId) -> bool {
+        self.interpolated.has_relief(id)
+    }
+
+    /// Column and row, counted from the raster's first sample, of the corner before a block of a chunk.
+    #[cfg(test)]
+    pub(crate) fn of_raster(&self, id: ChunkId, [column, row]: [usize; 2]) -> [i64; 2] {
+        let on_lattice = |chunk: u32, block: usize| ((chunk as usize * CHUNK + block) << id.level) as i64;
+        let first = [0, 1].map(|axis| (self.corner[axis] + self.before[axis]) as i64);
+        [on_lattice(id.x, column) - first[0], on_lattice(id.y, row) - first[1]]
+    }
+
+    /// Columns and rows of a chunk, counted in it, that are in a rectangle.
+    fn in_chunk(&self, id: ChunkId, columns: &Range<usize>, rows: &Range<usize>) -> [Range<usize>; 2] {
+        let [left, top] = self.corner;
+        let of_chunk = |chunk: u32, corner: usize, range: &Range<usize>| {
+            let common = overlap(chunk as usize, corner, range);
+            let first = chunk as usize * CHUNK;
+            common.start + corner - first..common.end + corner - first
+        };
+        [of_chunk(id.x, left, columns), of_chunk(id.y, top, rows)]
+    }
+
+    /// The samples of a chunk that is stored.
     fn samples_of(&self, id: ChunkId) -> Result<Option<Arc<ChunkSamples>>> {
         let Some(&name) = self.names.get(&id) else {
             return Ok(None);
@@ -334,6 +368,9 @@ impl ChunkedRaster {
     pub(crate) fn filled_in(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<[usize; 2]>> {
         let mut found = Vec::new();
         for (id, _) in self.chunks_over(0, &columns, &rows) {
+            if self.interpolated.has(id) {
+                continue;
+            }
             let Some(samples) = self.samples_of(id)? else { continue };
             let first = [id.x, id.y].map(|chunk| chunk as usize * CHUNK);
             for &index in &samples.filled {
@@ -372,12 +409,15 @@ impl Samples for ChunkedRaster {
         };
         let [left, top] = self.corner;
         for (id, _) in self.chunks_over(0, &columns, &rows) {
-            let Some(samples) = self.samples_of(id)? else { continue };
-            let across = overlap(id.x as usize, left, &columns);
-            for row in overlap(id.y as usize, top, &rows) {
-                let from = (top + row - id.y as usize * CHUNK) * CHUNK + left + across.start - id.x as usize * CHUNK;
-                let to = (row - rows.start) * columns.len() + across.start - columns.start;
-                window.heights[to..to + across.len()].copy_from_slice(&samples.heights[from..from + across.len()]);
+            let [across, down] = self.in_chunk(id, &columns, &rows);
+            let width = across.len();
+            let Some(heights) = self.heights_of(id, across, down)? else {
+                continue;
+            };
+            let start = overlap(id.x as usize, left, &columns).start - columns.start;
+            for (row, heights) in overlap(id.y as usize, top, &rows).zip(heights.chunks_exact(width)) {
+                let to = (row - rows.start) * columns.len() + start;
+                window.heights[to..to + width].copy_from_slice(heights);
             }
         }
         Ok(window)
@@ -414,61 +454,8 @@ impl ChunkSamples {
     }
 }
 
-/// What is stored of a chunk: heights, row by row, and indices of those that were not measured.
-pub(crate) fn samples_to_bytes(heights: &[f32], filled: &[usize]) -> Vec<u8> {
-    let mut bytes = to_bytes(heights);
-    bytes.extend(filled.iter().flat_map(|&index| (index as u32).to_le_bytes()));
-    bytes
-}
-
-pub(crate) fn samples_key(id: ChunkId, name: Name) -> String {
-    format!("samples/{}-{}-{name}", id.x, id.y)
-}
-
 fn relief_key(id: ChunkId, name: Name) -> String {
     format!("relief/{}-{}-{}-{name}", id.level, id.x, id.y)
-}
-
-pub(crate) fn to_bytes(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
-}
-
-fn from_bytes(bytes: &[u8]) -> Vec<f32> {
-    bytes
-        .chunks_exact(4)
-        .map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]))
-        .collect()
-}
-
-/// Lattice coordinates of a raster's first sample.
-pub(crate) fn first_sample(raster: &dyn Raster) -> [usize; 2] {
-    raster.origin().map(|origin| (origin + FIRST) as usize)
-}
-
-/// Chunks of a level under a rectangle of a raster's columns and rows, by row; `corner` is where these are counted from.
-pub(crate) fn chunks_under(
-    level: u8,
-    corner: [usize; 2],
-    [columns, rows]: [&Range<usize>; 2],
-) -> impl Iterator<Item = ChunkId> + use<> {
-    let shift = CHUNK.ilog2() + u32::from(level);
-    let span = |range: &Range<usize>, corner: usize| {
-        let last = range.end.max(range.start + 1) - 1;
-        ((corner + range.start) >> shift) as u32..=((corner + last) >> shift) as u32
-    };
-    let across = span(columns, corner[0]);
-    span(rows, corner[1]).flat_map(move |y| across.clone().map(move |x| ChunkId { level, x, y }))
-}
-
-/// Columns, or rows, of the raster in one chunk, as far as a range reaches.
-pub(crate) fn overlap(chunk: usize, corner: usize, range: &Range<usize>) -> Range<usize> {
-    let start = (chunk * CHUNK).max(corner + range.start) - corner;
-    let end = ((chunk + 1) * CHUNK).min(corner + range.end) - corner;
-    start..end
-}
-
-pub(crate) fn top_level(size: [usize; 2]) -> u8 {
-    top_over(size).clamp(1, MOST_LEVELS)
 }
 
 #[cfg(test)]

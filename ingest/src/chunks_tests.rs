@@ -71,6 +71,10 @@ impl Raster for Shifted {
         self.grid.read(columns, rows)
     }
 
+    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        self.grid.read_own(file, columns, rows)
+    }
+
     fn georeference(&self) -> &GeoReference {
         self.grid.georeference()
     }
@@ -91,7 +95,7 @@ impl Raster for Shifted {
 fn taken(raster: &Shifted, store: &Store) -> ChunkedRaster {
     let intake = Intake::new(raster, store);
     let taken = intake.take(&intake.bands(), &Progress::silent()).unwrap();
-    ChunkedRaster::new(raster, store, taken.names, 1 << 24)
+    ChunkedRaster::new(raster, store, taken, 1 << 24).unwrap()
 }
 
 /// All of it, counted as the raster counts.

@@ -284,6 +284,10 @@ impl Raster for Globe<'_> {
         })
     }
 
+    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        self.raster.read_own(self.copies[file].file, columns, rows)
+    }
+
     fn georeference(&self) -> &GeoReference {
         &self.georeference
     }

@@ -1,25 +1,41 @@
 //! The samples of opened rasters, brought into a store: read once, in whole blocks, by bands of rows as far as files reach, and cut
 //! into chunks.
+//!
+//! A file whose samples are much farther apart than those of the lattice comes as it is, too. A chunk in which nothing but that file
+//! counts, and that has no void, is not stored: it follows from the file's own samples ([`crate::interpolated`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use terrain_core::height_field::relief::CHUNK;
 
-use crate::chunks::{self, ChunkId, chunks_under, overlap, samples_key, samples_to_bytes, top_level};
+use crate::chunk_grid::{
+    ChunkId, chunks_under, first_sample, overlap, samples_key, samples_to_bytes, to_bytes, top_level,
+};
+use crate::interpolated::{self, OwnChunk, first_of};
 use crate::progress::Progress;
-use crate::samples::{Extremes, Faults, Raster};
+use crate::raster::{NODES, OwnGrid};
+use crate::samples::{Extremes, Faults, Raster, Rectangle};
 use crate::store::{Name, Store};
 
 /// Columns and rows of chunks that are read at once.
 const BAND: [usize; 2] = [256, 4];
 
-/// A rectangle of chunks that is read at once, in columns and rows of the raster.
+/// What is read at once.
 #[derive(Clone, Debug)]
-pub(crate) struct Band {
+pub(crate) enum Band {
+    /// A rectangle of chunks, in columns and rows of the raster.
+    Lattice(Extent),
+    /// Own samples of a coarse file: its place among those of the raster, and a row of chunks of its own columns and rows.
+    Own { grid: usize, row: u32 },
+}
+
+/// Columns and rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Extent {
     columns: Range<usize>,
     rows: Range<usize>,
 }
@@ -32,6 +48,9 @@ struct BandRecord {
     extremes: Option<Extremes>,
     /// For each file that reaches into it what cannot be right in it.
     faults: Vec<Faults>,
+    /// Column and row of each chunk that follows from a coarse file's own samples, and the place of that among those of the raster.
+    #[serde(default)]
+    interpolated: Vec<(u32, u32, usize)>,
 }
 
 /// The samples of opened rasters while they are brought into a store.
@@ -44,7 +63,12 @@ pub(crate) struct Intake<'a> {
 
 /// What was taken into the store, and what is remarkable of it.
 pub(crate) struct Taken {
+    /// Of chunks whose samples are in the store.
     pub(crate) names: BTreeMap<ChunkId, Name>,
+    /// Chunks that follow from a coarse file's own samples, and the place of that among those of the raster.
+    pub(crate) interpolated: BTreeMap<ChunkId, usize>,
+    /// Of own samples, for each coarse file.
+    pub(crate) own: Vec<BTreeMap<OwnChunk, Name>>,
     /// None where nothing has a height.
     pub(crate) extremes: Option<Extremes>,
     /// For each file.
@@ -68,7 +92,7 @@ impl<'a> Intake<'a> {
 
     /// What is to be read, band by band, as far as files reach.
     pub(crate) fn bands(&self) -> Vec<Band> {
-        let corner = chunks::first_sample(self.raster);
+        let corner = first_sample(self.raster);
         let tall = BAND[1].min(self.raster.block_rows().div_ceil(CHUNK));
         let mut occupied: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
         for [columns, rows] in self.raster.extents() {
@@ -79,28 +103,40 @@ impl<'a> Intake<'a> {
                     .insert(chunk.x as usize);
             }
         }
-        let [width, height] = self.raster.size();
-        let within = |chunks: Range<usize>, axis: usize, size: usize| {
-            (chunks.start * CHUNK).saturating_sub(corner[axis])..(chunks.end * CHUNK - corner[axis]).min(size)
-        };
-        let band = |row: usize, columns: Range<usize>| Band {
-            columns: within(columns, 0, width),
-            rows: within(row * tall..(row + 1) * tall, 1, height),
+        let band = |row: usize, columns: Range<usize>| {
+            let rows = row * tall..(row + 1) * tall;
+            Band::Lattice(self.extent_of([columns, rows]))
         };
         let runs_of = |(row, columns): (usize, BTreeSet<usize>)| {
             runs(columns).into_iter().map(move |run| (row, run)).collect::<Vec<_>>()
         };
-        occupied
-            .into_iter()
-            .flat_map(runs_of)
-            .map(|(row, run)| band(row, run))
-            .collect()
+        let own = self.raster.own_grids().iter().enumerate().flat_map(|(grid, own)| {
+            let [_, rows] = own.reached();
+            let rows = (rows.start / CHUNK) as u32..rows.end.div_ceil(CHUNK) as u32;
+            rows.map(move |row| Band::Own { grid, row })
+        });
+        let of_lattice = occupied.into_iter().flat_map(runs_of);
+        of_lattice.map(|(row, run)| band(row, run)).chain(own).collect()
+    }
+
+    /// Columns and rows of the raster in some columns and rows of chunks.
+    fn extent_of(&self, [columns, rows]: [Range<usize>; 2]) -> Extent {
+        let (corner, size) = (first_sample(self.raster), self.raster.size());
+        let within = |chunks: Range<usize>, axis: usize| {
+            (chunks.start * CHUNK).saturating_sub(corner[axis])..(chunks.end * CHUNK - corner[axis]).min(size[axis])
+        };
+        Extent {
+            columns: within(columns, 0),
+            rows: within(rows, 1),
+        }
     }
 
     /// Brings all bands into the store, those that are not there yet.
     pub(crate) fn take(&self, bands: &[Band], progress: &Progress) -> Result<Taken> {
         let mut taken = Taken {
             names: BTreeMap::new(),
+            interpolated: BTreeMap::new(),
+            own: vec![BTreeMap::new(); self.raster.own_grids().len()],
             extremes: None,
             faults: vec![Faults::default(); self.raster.extents().len()],
         };
@@ -108,7 +144,14 @@ impl<'a> Intake<'a> {
             let record = self.record(band, progress)?;
             for (x, y, name) in &record.chunks {
                 let name = Name::parse(name).context("a record of chunks is damaged")?;
-                taken.names.insert(ChunkId { level: 0, x: *x, y: *y }, name);
+                match band {
+                    Band::Lattice(_) => taken.names.insert(ChunkId { level: 0, x: *x, y: *y }, name),
+                    Band::Own { grid, .. } => taken.own[*grid].insert(OwnChunk { x: *x, y: *y }, name),
+                };
+            }
+            for &(x, y, grid) in &record.interpolated {
+                ensure!(grid < taken.own.len(), "a record of chunks is damaged");
+                taken.interpolated.insert(ChunkId { level: 0, x, y }, grid);
             }
             let both = taken.extremes.into_iter().chain(record.extremes);
             taken.extremes = both.reduce(Extremes::with);
@@ -121,36 +164,47 @@ impl<'a> Intake<'a> {
 
     /// Numbers of the files that reach into a band.
     fn files_in(&self, band: &Band) -> Vec<usize> {
+        let extent = match band {
+            Band::Lattice(extent) => extent,
+            Band::Own { grid, .. } => return vec![self.raster.own_grids()[*grid].file()],
+        };
         let extents = self.raster.extents().into_iter().enumerate();
         extents
-            .filter(|(_, extent)| samples_of(extent, band) > 0)
+            .filter(|(_, of_file)| samples_of(of_file, extent) > 0)
             .map(|(file, _)| file)
             .collect()
     }
 
     /// Samples of all files in a band.
     fn samples_in(&self, band: &Band) -> u64 {
-        self.raster
-            .extents()
-            .iter()
-            .map(|extent| samples_of(extent, band))
-            .sum()
+        match band {
+            Band::Lattice(extent) => self.samples_in_extent(extent),
+            Band::Own { .. } => 0,
+        }
+    }
+
+    fn samples_in_extent(&self, extent: &Extent) -> u64 {
+        let files = self.raster.extents();
+        files.iter().map(|file| samples_of(file, extent)).sum()
     }
 
     /// Where a band's record is, named by the files in it and its place on the lattice.
     fn key(&self, band: &Band) -> String {
-        let [left, top] = chunks::first_sample(self.raster);
-        let place = [
-            left + band.columns.start,
-            top + band.rows.start,
-            band.columns.len(),
-            band.rows.len(),
-        ];
+        let place = match band {
+            Band::Lattice(Extent { columns, rows }) => {
+                let [left, top] = first_sample(self.raster);
+                format!(
+                    "{:?}",
+                    [left + columns.start, top + rows.start, columns.len(), rows.len()]
+                )
+            }
+            Band::Own { grid, row } => {
+                let [columns, rows] = self.raster.own_grids()[*grid].reached();
+                format!("own {columns:?} {rows:?} {row}")
+            }
+        };
         let files = self.files_in(band).into_iter().map(|file| self.stamps[file].as_bytes());
-        format!(
-            "records/{}.json",
-            Name::of(files.chain([format!("{place:?}").as_bytes()]))
-        )
+        format!("records/{}.json", Name::of(files.chain([place.as_bytes()])))
     }
 
     /// Whether a band is in the store.
@@ -164,45 +218,142 @@ impl<'a> Intake<'a> {
             progress.skip(self.samples_in(band));
             return serde_json::from_slice(&bytes).with_context(|| key);
         }
-        let record = self.read(band)?;
+        let record = match band {
+            Band::Lattice(extent) => self.read(band, extent, progress)?,
+            Band::Own { grid, row } => self.read_own(&self.raster.own_grids()[*grid], *row)?,
+        };
         self.store.put(&key, serde_json::to_vec(&record)?)?;
         Ok(record)
     }
 
-    fn read(&self, band: &Band) -> Result<BandRecord> {
-        let rectangle = self.raster.read(band.columns.clone(), band.rows.clone())?;
-        let [left, top] = chunks::first_sample(self.raster);
-        let ids: Vec<ChunkId> = chunks_under(0, [left, top], [&band.columns, &band.rows]).collect();
-        let put = |id: ChunkId| -> Result<Option<(u32, u32, String)>> {
-            let (x, y) = (id.x as usize, id.y as usize);
-            let mut samples = vec![f32::NAN; CHUNK * CHUNK];
-            let mut filled = Vec::new();
-            let columns = overlap(x, left, &band.columns);
-            for row in overlap(y, top, &band.rows) {
-                let from = (row - band.rows.start) * band.columns.len() + columns.start - band.columns.start;
-                let to = (top + row - y * CHUNK) * CHUNK + left + columns.start - x * CHUNK;
-                samples[to..to + columns.len()].copy_from_slice(&rectangle.heights[from..from + columns.len()]);
-                let of_row = filled_among(&rectangle.filled, from..from + columns.len());
-                filled.extend(of_row.iter().map(|index| index - from + to));
-            }
-            if samples.iter().all(|sample| sample.is_nan()) {
-                return Ok(None);
-            }
-            let bytes = samples_to_bytes(&samples, &filled);
-            let name = Name::of([bytes.as_slice()]);
-            self.store.put(&samples_key(id, name), bytes)?;
-            Ok(Some((id.x, id.y, name.to_string())))
+    /// Reads a band, but for what follows from own samples of a coarse file.
+    fn read(&self, band: &Band, extent: &Extent, progress: &Progress) -> Result<BandRecord> {
+        let corner = first_sample(self.raster);
+        let ids: Vec<ChunkId> = chunks_under(0, corner, [&extent.columns, &extent.rows]).collect();
+        let mut record = BandRecord {
+            chunks: Vec::new(),
+            extremes: None,
+            faults: vec![Faults::default(); self.files_in(band).len()],
+            interpolated: Vec::new(),
         };
-        let chunks: Result<Vec<_>> = ids.into_par_iter().map(put).filter_map(Result::transpose).collect();
-        let faults = self
-            .files_in(band)
-            .into_iter()
-            .map(|file| rectangle.faults[file])
+        let mut others: BTreeMap<u32, BTreeSet<usize>> = BTreeMap::new();
+        let alone = ids.par_iter().map(|&id| Ok((id, self.alone_in(id)?)));
+        for (id, alone) in alone.collect::<Result<Vec<_>>>()? {
+            match alone {
+                Some((grid, extremes)) => {
+                    record.interpolated.push((id.x, id.y, grid));
+                    record.extremes = record.extremes.into_iter().chain(extremes).reduce(Extremes::with);
+                    let [x, y] = [id.x as usize, id.y as usize];
+                    progress.advance(self.samples_in_extent(&self.extent_of([x..x + 1, y..y + 1])));
+                }
+                None => {
+                    others.entry(id.y).or_default().insert(id.x as usize);
+                }
+            }
+        }
+        if record.interpolated.is_empty() {
+            self.read_chunks(band, extent, &mut record)?;
+            return Ok(record);
+        }
+        for (row, columns) in others {
+            let row = row as usize;
+            for run in runs(columns) {
+                self.read_chunks(band, &self.extent_of([run, row..row + 1]), &mut record)?;
+            }
+        }
+        Ok(record)
+    }
+
+    /// The coarse file that a chunk follows from, if there is one, and the extremes of its samples there.
+    fn alone_in(&self, id: ChunkId) -> Result<Option<(usize, Option<Extremes>)>> {
+        let first = first_of(self.raster.origin(), id);
+        let rectangle = first.map(|first| first..first + CHUNK as i64);
+        let own_grids = self.raster.own_grids().iter().enumerate();
+        for (grid, own) in own_grids.filter(|(_, own)| own.is_alone_in(&rectangle)) {
+            let Some([columns, rows]) = own.samples_under(first, CHUNK / NODES) else {
+                continue;
+            };
+            let samples = self.raster.read_own(own.file(), columns, rows)?;
+            if !samples.iter().any(|sample| sample.is_nan()) {
+                return Ok(Some((grid, Extremes::of(&samples))));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads a rectangle of chunks of a band.
+    fn read_chunks(&self, band: &Band, extent: &Extent, record: &mut BandRecord) -> Result<()> {
+        let Extent { columns, rows } = extent;
+        let rectangle = self.raster.read(columns.clone(), rows.clone())?;
+        let corner = first_sample(self.raster);
+        let ids: Vec<ChunkId> = chunks_under(0, corner, [columns, rows]).collect();
+        let chunks: Result<Vec<_>> = ids
+            .into_par_iter()
+            .map(|id| self.put(id, extent, &rectangle))
+            .filter_map(Result::transpose)
             .collect();
+        record.chunks.extend(chunks?);
+        let extremes = Extremes::of(&rectangle.heights);
+        record.extremes = record.extremes.into_iter().chain(extremes).reduce(Extremes::with);
+        for (file, faults) in self.files_in(band).into_iter().zip(&mut record.faults) {
+            *faults = faults.with(rectangle.faults[file]);
+        }
+        Ok(())
+    }
+
+    /// Puts a chunk of what was read into the store; none where nothing has a height.
+    fn put(&self, id: ChunkId, extent: &Extent, rectangle: &Rectangle) -> Result<Option<(u32, u32, String)>> {
+        let Extent { columns: read, rows } = extent;
+        let [left, top] = first_sample(self.raster);
+        let (x, y) = (id.x as usize, id.y as usize);
+        let mut samples = vec![f32::NAN; CHUNK * CHUNK];
+        let mut filled = Vec::new();
+        let columns = overlap(x, left, read);
+        for row in overlap(y, top, rows) {
+            let from = (row - rows.start) * read.len() + columns.start - read.start;
+            let to = (top + row - y * CHUNK) * CHUNK + left + columns.start - x * CHUNK;
+            samples[to..to + columns.len()].copy_from_slice(&rectangle.heights[from..from + columns.len()]);
+            let of_row = filled_among(&rectangle.filled, from..from + columns.len());
+            filled.extend(of_row.iter().map(|index| index - from + to));
+        }
+        if samples.iter().all(|sample| sample.is_nan()) {
+            return Ok(None);
+        }
+        let bytes = samples_to_bytes(&samples, &filled);
+        let name = Name::of([bytes.as_slice()]);
+        self.store.put(&samples_key(id, name), bytes)?;
+        Ok(Some((id.x, id.y, name.to_string())))
+    }
+
+    /// Reads a row of chunks of a coarse file's own samples.
+    fn read_own(&self, own: &OwnGrid, row: u32) -> Result<BandRecord> {
+        let [columns, rows] = own.reached();
+        let of_row = |range: &Range<usize>, chunk: u32| {
+            let first = chunk as usize * CHUNK;
+            range.start.max(first)..range.end.min(first + CHUNK)
+        };
+        let rows = of_row(&rows, row);
+        let samples = self.raster.read_own(own.file(), columns.clone(), rows.clone())?;
+        let mut chunks = Vec::new();
+        for x in (columns.start / CHUNK) as u32..columns.end.div_ceil(CHUNK) as u32 {
+            let across = of_row(&columns, x);
+            let mut chunk = vec![f32::NAN; CHUNK * CHUNK];
+            for line in rows.clone() {
+                let from = (line - rows.start) * columns.len() + across.start - columns.start;
+                let to = line % CHUNK * CHUNK + across.start % CHUNK;
+                chunk[to..to + across.len()].copy_from_slice(&samples[from..from + across.len()]);
+            }
+            let bytes = to_bytes(&chunk);
+            let name = Name::of([bytes.as_slice()]);
+            self.store
+                .put(&interpolated::own_key(OwnChunk { x, y: row }, name), bytes)?;
+            chunks.push((x, row, name.to_string()));
+        }
         Ok(BandRecord {
-            chunks: chunks?,
-            extremes: Extremes::of(&rectangle.heights),
-            faults,
+            chunks,
+            extremes: None,
+            faults: Vec::new(),
+            interpolated: Vec::new(),
         })
     }
 }
@@ -213,16 +364,16 @@ fn filled_among(filled: &[usize], range: Range<usize>) -> &[usize] {
     &filled[first..end]
 }
 
-/// Samples of a file in a band.
-fn samples_of([columns, rows]: &[Range<usize>; 2], band: &Band) -> u64 {
+/// Samples of a file in a rectangle.
+fn samples_of([columns, rows]: &[Range<usize>; 2], extent: &Extent) -> u64 {
     let common = |a: &Range<usize>, b: &Range<usize>| a.end.min(b.end).saturating_sub(a.start.max(b.start)) as u64;
-    common(columns, &band.columns) * common(rows, &band.rows)
+    common(columns, &extent.columns) * common(rows, &extent.rows)
 }
 
 /// The chunks of a level, or of the top one if it is lower, that samples of the files may be in.
 pub(crate) fn chunks_over_files(raster: &dyn Raster, level: u8) -> Vec<ChunkId> {
     let level = level.min(top_level(raster.size()));
-    let corner = chunks::first_sample(raster);
+    let corner = first_sample(raster);
     let under = |[columns, rows]: [Range<usize>; 2]| chunks_under(level, corner, [&columns, &rows]);
     let found: BTreeSet<ChunkId> = raster.extents().into_iter().flat_map(under).collect();
     found.into_iter().collect()

@@ -13,6 +13,7 @@ pub(crate) mod geopackage;
 mod layout;
 mod mosaic;
 mod options;
+mod own_grid;
 mod pieces;
 mod placement;
 mod raw_file;
@@ -31,6 +32,7 @@ mod zip;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use glam::DVec2;
@@ -41,6 +43,8 @@ use terrain_tiles::water::Water;
 pub use drivers::is_raster;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
+pub use own_grid::OwnGrid;
+pub(crate) use own_grid::{NODES, bend};
 pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
 pub use vectors::{Rings, polygons_on_earth};
@@ -51,9 +55,11 @@ use crate::georeference::{GeoReference, missing_grids};
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;
 use crate::samples::{Extremes, Faults, Overrides, Provenance, Raster, Rectangle};
+use between::Between;
 use composition::{Area, Composition, common};
 use layout::Layout;
 use mosaic::Mosaic;
+use own_grid::OwnGridRecord;
 use pieces::{cut, part_size};
 use remark::{HIGHEST, remark, tell, tell_of_missing};
 use source::Source;
@@ -70,8 +76,8 @@ const FILL: f64 = 40.0;
 const MOST_OBLONG: f64 = 4.0;
 /// Vertices of polygons of water that an archive may keep.
 const MOST_WATER: usize = 1 << 17;
-/// Samples that are read for each one of a file from which on the person is told.
-const MANY: f64 = 100.0;
+/// Cells of a file whose sides are so many times those of the lattice's are kept as they are.
+const COARSE: f64 = 4.0;
 
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
@@ -81,6 +87,7 @@ pub struct Rasters {
     lakes: Vec<Lake>,
     breaklines: Vec<Vec<[f64; 2]>>,
     georeference: GeoReference,
+    own_grids: Vec<Arc<OwnGrid>>,
     limits: RasterLimits,
     progress: Progress,
     overrides: Overrides,
@@ -131,6 +138,7 @@ impl Rasters {
             files,
             mosaic,
             georeference,
+            own_grids: Vec::new(),
             limits: options.limits,
             progress: options.progress.clone(),
             overrides: options.overrides.clone(),
@@ -141,7 +149,64 @@ impl Rasters {
                 rasters.lakes.extend(lakes);
             }
         }
+        rasters.own_grids = rasters.coarse_files()?;
         Ok(rasters)
+    }
+
+    /// The files whose samples are much farther apart than those of the lattice.
+    fn coarse_files(&self) -> Result<Vec<Arc<OwnGrid>>, ReadError> {
+        let of_lattice = self.files[self.mosaic.lattice].layout();
+        let is_coarse = |file: &usize| {
+            let place = &self.mosaic.places[*file];
+            place.between.is_some()
+                && place.coarseness >= COARSE
+                && !between::is_around(self.files[*file].layout())
+                && place.extent.iter().all(|range| !range.is_empty())
+        };
+        let own_grid = |file: usize| {
+            let layout = self.files[file].layout();
+            let record = OwnGridRecord {
+                file,
+                crs: layout.crs.clone(),
+                to_crs: layout.to_crs.to_cols_array(),
+                size: [layout.columns, layout.rows],
+                is_in_degrees: layout.is_in_degrees,
+                coarseness: self.mosaic.places[file].coarseness,
+                extent: self.mosaic.places[file].extent.clone(),
+                composed: self.composed_around(file),
+            };
+            let lattice = (&of_lattice.crs, self.mosaic.to_crs);
+            OwnGrid::new(record, lattice, &self.georeference)
+                .map(Arc::new)
+                .map_err(|source| ReadError::Position(layout.path.clone(), source))
+        };
+        (0..self.files.len()).filter(is_coarse).map(own_grid).collect()
+    }
+
+    /// Columns and rows in which heights are not those of a file alone: where others reach, and in lakes.
+    fn composed_around(&self, file: usize) -> Vec<[Range<i64>; 2]> {
+        let reach = self.rules.reach() as i64;
+        let others = self
+            .mosaic
+            .places
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != file);
+        let of_others = others.map(|(_, place)| {
+            place
+                .extent
+                .each_ref()
+                .map(|range| range.start as i64 - reach..range.end as i64 + reach)
+        });
+        let origin = self.mosaic.origin;
+        let of_lakes = self.lakes.iter().map(|lake| {
+            let extent = lake.extent();
+            [0, 1].map(|axis| {
+                let of_mosaic = |place: i64| place.saturating_sub(origin[axis]);
+                of_mosaic(extent[axis].start)..of_mosaic(extent[axis].end)
+            })
+        });
+        of_others.chain(of_lakes).collect()
     }
 
     /// The polygons of a file, each at the level of the samples inside.
@@ -231,6 +296,7 @@ impl Rasters {
             size: self.size(),
             extents: self.extents(),
             coarseness: self.coarseness(),
+            own_grids: self.own_grids.iter().map(|grid| grid.record().clone()).collect(),
             block_rows: self.block_rows(),
             provenance: self.provenance(),
             stamps: self.stamps(),
@@ -313,35 +379,50 @@ impl Rasters {
         cut(rows, down.start, height).flat_map(with_columns).collect()
     }
 
+    /// Metres of a part, above what heights are above: the file's own samples, or between them.
     fn read_part(&self, part: &Part) -> Result<Vec<f64>, ReadError> {
-        let mut metres = self.stored(part)?;
-        let Layout { path, heights, .. } = self.files[part.file].layout();
-        heights.to_ellipsoid(
-            path,
-            &self.georeference,
-            self.mosaic.origin,
-            [&part.columns, &part.rows],
-            &mut metres,
-        )?;
+        let (file, place) = (&self.files[part.file], &self.mosaic.places[part.file]);
+        let metres = match &place.between {
+            None => {
+                let [left, top] = [0, 1].map(|axis| place.extent[axis].start);
+                let in_file = |range: &Range<usize>, first: usize| range.start - first..range.end - first;
+                let mut metres = file.read(in_file(&part.columns, left), in_file(&part.rows, top))?;
+                let (rectangle, origin) = ([&part.columns, &part.rows], self.mosaic.origin);
+                let Layout { path, heights, .. } = file.layout();
+                heights.to_ellipsoid(path, &self.georeference, origin, rectangle, &mut metres)?;
+                metres
+            }
+            Some(between) => self.read_between(part, between)?,
+        };
         self.progress.advance(metres.len() as u64);
         Ok(metres)
     }
 
-    /// Metres of a part as the file has them: its own samples, or between them.
-    fn stored(&self, part: &Part) -> Result<Vec<f64>, ReadError> {
-        let (file, place) = (&self.files[part.file], &self.mosaic.places[part.file]);
-        let Some(between) = &place.between else {
-            let [left, top] = [0, 1].map(|axis| place.extent[axis].start);
-            let in_file = |range: &Range<usize>, first: usize| range.start - first..range.end - first;
-            return file.read(in_file(&part.columns, left), in_file(&part.rows, top));
-        };
-        let size = [file.layout().columns, file.layout().rows];
+    /// Metres of a part between a file's own samples.
+    fn read_between(&self, part: &Part, between: &Between) -> Result<Vec<f64>, ReadError> {
+        let layout = self.files[part.file].layout();
+        let size = [layout.columns, layout.rows];
         let places = between.places(&self.georeference, [&part.columns, &part.rows]);
         let Some([columns, rows]) = between::needed(&places, size) else {
             return Ok(vec![f64::NAN; places.len()]);
         };
-        let stored = file.read(columns.clone(), rows.clone())?;
-        Ok(between::bilinear(&places, size, [&columns, &rows], &stored))
+        let own = self.read_samples(part.file, &between.own, [&columns, &rows])?;
+        Ok(between::bilinear(&places, size, [&columns, &rows], &own))
+    }
+
+    /// Metres of a file's own samples, which are at `own`, in the precision in which samples are kept.
+    fn read_samples(
+        &self,
+        file: usize,
+        own: &GeoReference,
+        [columns, rows]: [&Range<usize>; 2],
+    ) -> Result<Vec<f64>, ReadError> {
+        let file = &self.files[file];
+        let mut metres = file.read(columns.clone(), rows.clone())?;
+        let Layout { path, heights, .. } = file.layout();
+        heights.to_ellipsoid(path, own, [0, 0], [columns, rows], &mut metres)?;
+        metres.iter_mut().for_each(|metres| *metres = f64::from(*metres as f32));
+        Ok(metres)
     }
 
     /// Numbers of the files that reach into a rectangle, those first that count first.
@@ -399,6 +480,17 @@ impl Raster for Rasters {
             filled,
             faults,
         })
+    }
+
+    fn own_grids(&self) -> &[Arc<OwnGrid>] {
+        &self.own_grids
+    }
+
+    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        let own = self.mosaic.places[file].between.as_ref().map(|between| &between.own);
+        let own = own.unwrap_or(&self.georeference);
+        let metres = self.read_samples(file, own, [&columns, &rows])?;
+        Ok(metres.into_iter().map(|metres| checked_height(metres).0).collect())
     }
 
     fn georeference(&self) -> &GeoReference {
@@ -510,20 +602,12 @@ fn composition_rules(mosaic: &Mosaic, georeference: &GeoReference, reading: &Rea
 /// Tells where the lattice is when it is not that of all files.
 fn tell_of_lattice(files: &[&Layout], mosaic: &Mosaic, progress: &Progress) {
     let between = mosaic.places.iter().filter(|place| place.between.is_some());
-    let coarsest = between.clone().map(|place| place.coarseness).fold(0.0, f64::max);
     let count = between.count();
     if count > 0 {
         let lattice = file_name(&files[mosaic.lattice].path);
         progress.note(&format!(
             "tiles are made on the samples of {lattice}; of {count} of {} files heights are taken between their samples",
             files.len()
-        ));
-    }
-    if coarsest * coarsest > MANY {
-        progress.note(&format!(
-            "for each sample of the coarsest file, {:.0} are made of the size of the finest: this takes its time; --around keeps an \
-             underlay small",
-            coarsest * coarsest
         ));
     }
 }

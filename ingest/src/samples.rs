@@ -1,6 +1,7 @@
 //! Samples of a raster by windows, wherever they are kept: nothing that is built or measured needs all of them at once.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
@@ -9,7 +10,7 @@ use terrain_tiles::water::Water;
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
-use crate::raster::{ReadError, UNSPECIFIED};
+use crate::raster::{OwnGrid, ReadError, UNSPECIFIED};
 use crate::store::Name;
 
 /// A raster, or several on one lattice, from which samples are read.
@@ -34,6 +35,17 @@ pub trait Raster: Sync {
     /// # Errors
     /// When a file cannot be read.
     fn read(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Rectangle, ReadError>;
+
+    /// Files whose samples are much farther apart than those of the lattice: where they are alone, these are kept.
+    fn own_grids(&self) -> &[Arc<OwnGrid>] {
+        &[]
+    }
+
+    /// Reads own samples of a file: metres, row by row; NaN where void.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError>;
 
     /// Where the samples are.
     fn georeference(&self) -> &GeoReference;
@@ -245,6 +257,10 @@ impl Raster for HeightGrid {
             filled: Vec::new(),
             faults: vec![Faults::default()],
         })
+    }
+
+    fn read_own(&self, _file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        Ok(self.heights_in(&columns, &rows))
     }
 
     fn georeference(&self) -> &GeoReference {

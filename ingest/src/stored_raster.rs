@@ -55,13 +55,14 @@ impl StoredRaster {
         let taken = intake.take(&bands, progress)?;
         progress.done();
         raster.remark(taken.extremes, &taken.faults)?;
-        let chunks = ChunkedRaster::new(raster, store, taken.names, (memory / SHARE).min(MOST));
+        let extremes = taken.extremes;
+        let chunks = ChunkedRaster::new(raster, store, taken, (memory / SHARE).min(MOST))?;
         let [columns, rows] = Samples::size(&chunks);
         let before = chunks.before().map(|before| -(before as i64));
         Ok(Self {
             chunks,
             georeference: raster.georeference().window(before, columns, rows),
-            heights: taken.extremes.map_or([f32::INFINITY, f32::NEG_INFINITY], |extremes| {
+            heights: extremes.map_or([f32::INFINITY, f32::NEG_INFINITY], |extremes| {
                 [extremes.lowest, extremes.highest]
             }),
         })

@@ -334,10 +334,9 @@ impl<'a> Relief<'a> {
                     };
                 }
                 if let Some(chunk) = &kept.chunk {
-                    let first = (row - y / CHUNK * CHUNK) * CORNERS;
-                    let offset = x / CHUNK * CHUNK;
+                    let (row_of_chunk, offset) = (row - y / CHUNK * CHUNK, x / CHUNK * CHUNK);
                     for column in column..end {
-                        let height = chunk.corners[first + column - offset];
+                        let height = chunk.sample_at_level_0(column - offset, row_of_chunk);
                         if !height.is_nan() {
                             visit(DVec2::new(scan::double(column), scan::double(row)), f64::from(height));
                         }

@@ -10,6 +10,9 @@
 //! the mean of the corners of finer blocks around it. Against a bilinear patch a finer
 //! bilinear patch is bilinear, with its extremes at its corners: a block's bound follows from those of its four parts.
 
+use std::fmt::Debug;
+use std::sync::Arc;
+
 /// Blocks along the side of a [`Chunk`].
 pub const CHUNK: usize = 256;
 /// Corners along the side of a [`Chunk`].
@@ -28,6 +31,30 @@ pub struct Chunk {
     pub residuals: Vec<[f32; 2]>,
     /// Largest difference between neighbouring samples of a row or a column, metres.
     pub steepest: f32,
+    /// What gives corners and bounds one by one, all of the former samples; the lists of both are empty then.
+    pub computed: Option<Computed>,
+}
+
+/// Blocks that follow from less than what they hold: cheaper made each time that they are asked for than kept.
+pub trait Blocks: Debug + Send + Sync {
+    /// Height at a corner, metres.
+    fn corner(&self, column: usize, row: usize) -> f32;
+
+    /// Bound of a block, as in [`Chunk::residuals`]; 0 at level 0.
+    fn residual(&self, column: usize, row: usize) -> [f32; 2];
+
+    /// What it takes in memory, bytes.
+    fn bytes(&self) -> usize;
+}
+
+/// Blocks that are made when they are asked for.
+#[derive(Clone, Debug)]
+pub struct Computed(pub Arc<dyn Blocks>);
+
+impl PartialEq for Computed {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
 }
 
 /// What is in a block without a surface.
@@ -54,6 +81,28 @@ impl Chunk {
             corners: samples,
             guessed: Vec::new(),
             residuals: Vec::new(),
+            computed: None,
+        })
+    }
+
+    /// What it takes in memory, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let computed = self.computed.as_ref().map_or(0, |computed| computed.0.bytes());
+        computed + 4 * self.corners.len() + 8 * self.residuals.len()
+    }
+
+    /// With all corners and bounds as lists, where it has none yet.
+    fn listed(&self) -> Option<Self> {
+        let Computed(blocks) = self.computed.as_ref()?;
+        let corners = (0..CORNERS * CORNERS).map(|index| blocks.corner(index % CORNERS, index / CORNERS));
+        let residuals = (0..CHUNK * CHUNK).map(|index| blocks.residual(index % CHUNK, index / CHUNK));
+        Some(Self {
+            corners: corners.collect(),
+            residuals: residuals.collect(),
+            computed: None,
+            guessed: Vec::new(),
+            steepest: self.steepest,
         })
     }
 
@@ -61,6 +110,8 @@ impl Chunk {
     /// where nothing is below.
     #[must_use]
     pub fn over(parts: [Option<&Self>; 4]) -> Option<Self> {
+        let listed = parts.map(|part| part.and_then(Self::listed));
+        let parts = [0, 1, 2, 3].map(|part| listed[part].as_ref().or(parts[part]));
         parts.iter().any(Option::is_some).then(|| {
             let finer = Finer::new(parts);
             let mut chunk = Self {
@@ -68,6 +119,7 @@ impl Chunk {
                 corners: Vec::with_capacity(CORNERS * CORNERS),
                 guessed: Vec::new(),
                 residuals: Vec::with_capacity(CHUNK * CHUNK),
+                computed: None,
             };
             for index in 0..CORNERS * CORNERS {
                 let below = [2 * (index % CORNERS), 2 * (index / CORNERS)];
@@ -103,6 +155,10 @@ impl Chunk {
 
     #[inline]
     fn corners_of(&self, column: usize, row: usize) -> [f64; 4] {
+        if let Some(Computed(blocks)) = &self.computed {
+            let corners = [[0, 0], [1, 0], [0, 1], [1, 1]];
+            return corners.map(|[across, down]| f64::from(blocks.corner(column + across, row + down)));
+        }
         let first = row * CORNERS + column;
         [first, first + 1, first + CORNERS, first + CORNERS + 1].map(|index| f64::from(self.corners[index]))
     }
@@ -110,6 +166,9 @@ impl Chunk {
     /// The sample at a corner; NaN where it is void.
     #[must_use]
     pub fn sample(&self, column: usize, row: usize) -> f32 {
+        if let Some(Computed(blocks)) = &self.computed {
+            return blocks.corner(column, row);
+        }
         let index = row * CORNERS + column;
         match self.guessed.binary_search(&(index as u32)) {
             Ok(_) => f32::NAN,
@@ -117,10 +176,22 @@ impl Chunk {
         }
     }
 
+    /// The sample at a corner of a chunk of level 0, where all corners are samples; NaN where it is void.
+    #[inline(always)]
+    pub(crate) fn sample_at_level_0(&self, column: usize, row: usize) -> f32 {
+        match &self.computed {
+            None => self.corners[row * CORNERS + column],
+            Some(Computed(blocks)) => blocks.corner(column, row),
+        }
+    }
+
     /// The bound of a block, metres above its patch: least and greatest.
     #[must_use]
     #[inline]
     pub fn residual(&self, column: usize, row: usize) -> [f32; 2] {
+        if let Some(Computed(blocks)) = &self.computed {
+            return blocks.residual(column, row);
+        }
         match self.residuals.get(row * CHUNK + column) {
             Some(&residual) => residual,
             None if self.patch(column, row).iter().all(|corner| corner.is_nan()) => NO_SURFACE,

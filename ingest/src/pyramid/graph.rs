@@ -21,7 +21,7 @@ use serde::Serialize;
 use super::plan::{self, Options};
 use super::recipe::Recipe;
 use super::{Build, BuildError, Report};
-use crate::chunks::ChunkId;
+use crate::chunk_grid::ChunkId;
 use crate::globe::Seen;
 use crate::intake::{Intake, chunks_over_files};
 use crate::lattice::Square;

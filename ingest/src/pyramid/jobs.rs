@@ -17,7 +17,6 @@ use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::ground::Ground;
 use terrain_core::height_field::plan::PlanMap;
 use terrain_core::height_field::reference::Reference;
-use terrain_core::height_field::relief::CHUNK;
 use terrain_core::height_field::simplify::{Allowance, Simplifier};
 use terrain_tiles::address::Side;
 use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE, on_ellipsoid};
@@ -340,15 +339,7 @@ impl<'a> Jobs<'a> {
         if reaches_an_end(columns, size[0]) || reaches_an_end(rows, size[1]) {
             return Ok(false);
         }
-        for first in rows.clone().step_by(CHUNK) {
-            let band = self
-                .raster
-                .window(columns.clone(), first..(first + CHUNK).min(rows.end))?;
-            if band.heights.iter().any(|height| height.is_nan()) {
-                return Ok(false);
-            }
-        }
-        Ok(true)
+        self.raster.is_whole(columns, rows)
     }
 
     fn leaf_of_samples(&self, square: Square, cells: [Range<usize>; 2]) -> Result<Option<Tile>> {

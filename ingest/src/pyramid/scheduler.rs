@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::family::Child;
 use super::finished::{FinishedTiles, TileRecord};
 use super::jobs::Jobs;
-use crate::chunks::to_bytes;
+use crate::chunk_grid::to_bytes;
 use crate::lattice::Square;
 use crate::progress::Progress;
 use crate::samples::Samples;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DAffine2, DVec2};
 
 use super::ReadError;
-use super::layout::Layout;
+use super::layout::{Frame, Layout};
 use crate::georeference::{Crs, GeoReference, GeoReferenceError, converted, nearest_turn};
 
 /// A sample of the lattice that is so near to one of the file, in the file's cells, is that one.
@@ -22,31 +22,31 @@ pub(super) struct Between {
     way: Way,
     /// Columns in 360°, where these are longitudes.
     around: Option<f64>,
+    /// Where the file's samples are on the Earth.
+    pub(super) own: GeoReference,
 }
 
 enum Way {
     /// In the reference system that both share: from the lattice's coordinates.
     Affine(DAffine2),
     /// Over the Earth, by longitudes within half a turn of the file's middle.
-    Geographic { own: Box<GeoReference>, middle: f64 },
+    Geographic { middle: f64 },
 }
 
 impl Between {
-    /// From the lattice of `lattice` to `file`; `own` is where the file's samples are on the Earth, which tells where both have no
-    /// reference system in common.
-    pub(super) fn new(lattice: &Layout, file: &Layout, own: Option<&GeoReference>) -> Self {
-        let way = match own.filter(|_| file.crs != lattice.crs) {
-            None => Way::Affine(file.to_crs.inverse() * lattice.to_crs),
-            Some(own) => {
-                let [west, _, east, _] = own.geographic_bounds();
-                Way::Geographic {
-                    own: Box::new(own.clone()),
-                    middle: f64::midpoint(west, east),
-                }
+    /// From a lattice, which has a transform to a reference system, to a file; `own` is where the file's samples are on the Earth, which
+    /// tells where both have no reference system in common.
+    pub(super) fn new((crs, to_crs): (&Crs, DAffine2), file: Frame, own: GeoReference) -> Self {
+        let way = if file.crs == crs {
+            Way::Affine(file.to_crs.inverse() * to_crs)
+        } else {
+            let [west, _, east, _] = own.geographic_bounds();
+            Way::Geographic {
+                middle: f64::midpoint(west, east),
             }
         };
-        let around = columns_around(file);
-        Self { way, around }
+        let around = file.columns_around();
+        Self { way, around, own }
     }
 
     /// Columns and rows in the file of a rectangle of samples of `georeference`, row by row.
@@ -54,37 +54,31 @@ impl Between {
         let samples = rows
             .clone()
             .flat_map(|row| columns.clone().map(move |column| DVec2::new(column as f64, row as f64)));
-        let once = |place: DVec2| match self.around {
+        samples.map(|sample| self.place(georeference, sample)).collect()
+    }
+
+    /// Column and row in the file of a sample of `georeference`.
+    pub(super) fn place(&self, georeference: &GeoReference, sample: DVec2) -> DVec2 {
+        let place = match self.way {
+            Way::Affine(affine) => {
+                let [left, top] = georeference.origin();
+                affine.transform_point2(sample + DVec2::new(left as f64, top as f64))
+            }
+            Way::Geographic { middle } => self.own.grid(nearest_turn(georeference.geographic(sample), middle)),
+        };
+        match self.around {
             Some(around) if place.x < -HALF || place.x > around - 0.5 => {
                 DVec2::new((place.x + 0.5).rem_euclid(around) - 0.5, place.y)
             }
             _ => place,
-        };
-        match &self.way {
-            Way::Affine(affine) => {
-                let [left, top] = georeference.origin();
-                let origin = DVec2::new(left as f64, top as f64);
-                samples
-                    .map(|sample| once(affine.transform_point2(sample + origin)))
-                    .collect()
-            }
-            Way::Geographic { own, middle } => {
-                let place = |sample| own.grid(nearest_turn(georeference.geographic(sample), *middle));
-                samples.map(|sample| once(place(sample))).collect()
-            }
         }
     }
 }
 
-/// Columns in 360°, where columns of a file are longitudes in degrees.
-fn columns_around(file: &Layout) -> Option<f64> {
-    let step = file.to_crs.matrix2.x_axis;
-    (file.is_in_degrees && step.y == 0.0).then(|| (360.0 / step.x).abs())
-}
-
 /// Whether a file goes around the whole Earth.
 pub(super) fn is_around(file: &Layout) -> bool {
-    columns_around(file).is_some_and(|around| file.columns as f64 > around - HALF)
+    let around = file.frame().columns_around();
+    around.is_some_and(|around| file.columns as f64 > around - HALF)
 }
 
 /// The rectangle of the lattice of `lattice` that a file reaches into: first and end column, first and end row.

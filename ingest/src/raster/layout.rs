@@ -33,6 +33,23 @@ pub(super) struct Layout {
     pub(super) remarks: Vec<String>,
 }
 
+/// Where a file's samples are in a reference system.
+#[derive(Clone, Copy)]
+pub(super) struct Frame<'a> {
+    pub(super) crs: &'a Crs,
+    pub(super) to_crs: DAffine2,
+    /// Whether x is a longitude in degrees.
+    pub(super) is_in_degrees: bool,
+}
+
+impl Frame<'_> {
+    /// Columns in 360°, where columns are longitudes in degrees.
+    pub(super) fn columns_around(&self) -> Option<f64> {
+        let step = self.to_crs.matrix2.x_axis;
+        (self.is_in_degrees && step.y == 0.0).then(|| (360.0 / step.x).abs())
+    }
+}
+
 impl Layout {
     pub(super) fn new(
         path: &Path,
@@ -51,6 +68,15 @@ impl Layout {
             remarks: heights.remark().map(str::to_owned).into_iter().collect(),
             heights,
         })
+    }
+
+    /// Where its samples are.
+    pub(super) fn frame(&self) -> Frame<'_> {
+        Frame {
+            crs: &self.crs,
+            to_crs: self.to_crs,
+            is_in_degrees: self.is_in_degrees,
+        }
     }
 
     /// Ground that is nowhere on the Earth; `to_crs` leads to metres on its plane.

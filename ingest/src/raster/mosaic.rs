@@ -140,6 +140,11 @@ impl<'a> File<'a> {
         };
         Ok(Self { layout, own, cell })
     }
+
+    /// Where its samples are on the Earth.
+    fn georeference(&self) -> Result<GeoReference, ReadError> {
+        self.own.clone().map_or_else(|| georeference(self.layout), Ok)
+    }
 }
 
 /// The file with the finest cells, the first of several.
@@ -164,7 +169,11 @@ fn find(lattice: &Layout, file: &File) -> Result<Found, ReadError> {
     let Some(offset) = offset(lattice, layout) else {
         return Ok(Found {
             extent: between::reach(lattice, layout)?,
-            between: Some(Between::new(lattice, layout, file.own.as_ref())),
+            between: Some(Between::new(
+                (&lattice.crs, lattice.to_crs),
+                layout.frame(),
+                file.georeference()?,
+            )),
             cell: file.cell,
         });
     };
@@ -191,7 +200,11 @@ fn below(lattice: &Layout, file: &File, around: &[Range<i64>; 2]) -> Result<Foun
     };
     Ok(Found {
         extent,
-        between: Some(Between::new(lattice, file.layout, file.own.as_ref())),
+        between: Some(Between::new(
+            (&lattice.crs, lattice.to_crs),
+            file.layout.frame(),
+            file.georeference()?,
+        )),
         cell: file.cell,
     })
 }
@@ -203,8 +216,9 @@ fn rectangle_around(found: &[Found], metres: Option<f64>, lattice: &File) -> Res
         None => [0, 1].map(|axis| (rectangle[axis].end - rectangle[axis].start) / 2),
         Some(metres) => {
             let layout = lattice.layout;
-            let own = lattice.own.clone().map_or_else(|| georeference(layout), Ok)?;
-            let cell = own.cell_metres(DVec2::new(layout.columns as f64, layout.rows as f64) / 2.0);
+            let cell = lattice
+                .georeference()?
+                .cell_metres(DVec2::new(layout.columns as f64, layout.rows as f64) / 2.0);
             [0, 1].map(|axis| (metres / cell[axis]).ceil() as i64)
         }
     };

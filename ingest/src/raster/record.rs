@@ -3,11 +3,13 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DAffine2;
 use serde::{Deserialize, Serialize};
 
 use super::error::ReadError;
+use super::own_grid::{OwnGrid, OwnGridRecord};
 use super::remark::remark;
 use crate::georeference::{Crs, GeoReference};
 use crate::progress::Progress;
@@ -25,6 +27,9 @@ pub struct RasterRecord {
     pub(super) size: [usize; 2],
     pub(super) extents: Vec<[Range<usize>; 2]>,
     pub(super) coarseness: Vec<f64>,
+    /// Files whose samples are much farther apart than those of the lattice.
+    #[serde(default)]
+    pub(super) own_grids: Vec<OwnGridRecord>,
     pub(super) block_rows: usize,
     pub(crate) provenance: Provenance,
     pub(super) stamps: Vec<String>,
@@ -34,6 +39,7 @@ pub struct RasterRecord {
 pub struct RecordedRaster {
     record: RasterRecord,
     georeference: GeoReference,
+    own_grids: Vec<Arc<OwnGrid>>,
     progress: Progress,
 }
 
@@ -47,11 +53,22 @@ impl RecordedRaster {
         let to_crs = DAffine2::from_cols_array(&record.to_crs);
         let georeference = GeoReference::on_lattice(&record.crs, to_crs, record.origin, columns, rows)
             .map_err(|source| ReadError::Position(record.first().to_owned(), source))?;
+        let own_grid =
+            |own: &OwnGridRecord| OwnGrid::new(own.clone(), (&record.crs, to_crs), &georeference).map(Arc::new);
+        let own_grids = record.own_grids.iter().map(own_grid).collect::<Result<_, _>>();
+        let own_grids = own_grids.map_err(|source| ReadError::Position(record.first().to_owned(), source))?;
         Ok(Self {
             record,
             georeference,
+            own_grids,
             progress,
         })
+    }
+}
+
+impl RecordedRaster {
+    fn not_read(&self) -> ReadError {
+        ReadError::unreadable(self.record.first(), "its samples are not in the store yet")
     }
 }
 
@@ -83,8 +100,15 @@ impl Raster for RecordedRaster {
     }
 
     fn read(&self, _columns: Range<usize>, _rows: Range<usize>) -> Result<Rectangle, ReadError> {
-        let reason = "its samples are not in the store yet";
-        Err(ReadError::unreadable(self.record.first(), reason))
+        Err(self.not_read())
+    }
+
+    fn own_grids(&self) -> &[Arc<OwnGrid>] {
+        &self.own_grids
+    }
+
+    fn read_own(&self, _file: usize, _columns: Range<usize>, _rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        Err(self.not_read())
     }
 
     fn georeference(&self) -> &GeoReference {

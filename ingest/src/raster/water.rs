@@ -91,6 +91,11 @@ impl Lake {
         }
     }
 
+    /// Columns and rows of the lattice around it.
+    pub(super) fn extent(&self) -> &[Range<i64>; 2] {
+        &self.extent
+    }
+
     /// What it has of columns and rows of the lattice.
     fn within(&self, [columns, rows]: [&Range<i64>; 2]) -> [Range<i64>; 2] {
         [common(&self.extent[0], columns), common(&self.extent[1], rows)]

@@ -1,0 +1,408 @@
+//! Ground that one coarse file alone covers: its heights on the lattice, and the relief of these, follow from its own samples.
+//!
+//! ```text
+//! samples of a chunk   bilinear between own samples, at the places of the lattice's
+//! a block's bound      the surface is bilinear in each of the file's cells: against a plane it has its extremes where the block's
+//!                      sides and the lines between cells cross; what the block's patch is bent, and what places are, is added
+//! ```
+//! So a country around a site costs what its own samples cost, not what it would have at the site's.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use glam::{DMat2, DVec2};
+use moka::sync::Cache;
+use terrain_core::height_field::relief::{Blocks, CHUNK, Chunk, Computed};
+
+use crate::chunk_grid::{ChunkId, FIRST, from_bytes};
+use crate::raster::{NODES, OwnGrid, bend};
+use crate::samples::Raster;
+use crate::store::{Name, Store};
+
+/// Bytes of own samples of a file at hand.
+const AT_HAND: u64 = 32 << 20;
+/// Metres, and as a share of the greatest height, by which heights may be off that are rounded to single precision and taken at places
+/// between others.
+const ROUNDING: [f64; 2] = [1e-4, 2.5e-7];
+
+/// Which chunk of 256 × 256 own samples of a file: its column and row among these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct OwnChunk {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+}
+
+/// Where own samples are in a store.
+pub(crate) fn own_key(chunk: OwnChunk, name: Name) -> String {
+    format!("own/{}-{}-{name}", chunk.x, chunk.y)
+}
+
+/// Column and row, counted from a raster's first sample, of a chunk's first; `origin` is that of the raster.
+pub(crate) fn first_of(origin: [i64; 2], id: ChunkId) -> [i64; 2] {
+    let side = (CHUNK as i64) << id.level;
+    [
+        i64::from(id.x) * side - FIRST - origin[0],
+        i64::from(id.y) * side - FIRST - origin[1],
+    ]
+}
+
+/// The chunks that follow from own samples of coarse files.
+pub(crate) struct Interpolated {
+    files: Vec<OwnSamples>,
+    /// Column and row of the raster's first sample.
+    origin: [i64; 2],
+    /// Place among `files`, of chunks of samples.
+    chunks: BTreeMap<ChunkId, usize>,
+    /// Of chunks of the relief, all of whose corners follow from one file.
+    relief: BTreeMap<ChunkId, usize>,
+}
+
+impl Interpolated {
+    /// Of a raster whose own samples are in the store by these names, those of each coarse file.
+    pub(crate) fn new(
+        raster: &dyn Raster,
+        store: &Store,
+        chunks: BTreeMap<ChunkId, usize>,
+        own: Vec<BTreeMap<OwnChunk, Name>>,
+    ) -> Self {
+        let files = raster.own_grids().iter().zip(own);
+        let files: Vec<OwnSamples> = files
+            .map(|(grid, names)| OwnSamples::new(Arc::clone(grid), names, store))
+            .collect();
+        let relief = relief_of(&chunks, |file| files[file].levels());
+        Self {
+            files,
+            origin: raster.origin(),
+            chunks,
+            relief,
+        }
+    }
+
+    /// All chunks of samples, and what names them: the own samples under each, and where these are.
+    ///
+    /// # Errors
+    /// When own samples are missing.
+    pub(crate) fn names(&self) -> Result<Vec<(ChunkId, Name)>> {
+        let fingerprints: Vec<String> = self.files.iter().map(|file| file.grid.fingerprint()).collect();
+        let name = |(&id, &file): (&ChunkId, &usize)| {
+            let first = first_of(self.origin, id);
+            let under = self.files[file].grid.samples_under(first, CHUNK / NODES);
+            let mut parts = vec![fingerprints[file].clone().into_bytes(), format!("{id:?}").into_bytes()];
+            for chunk in chunks_over(&under.context("a record of chunks is damaged")?) {
+                parts.push(self.files[file].name(chunk)?.bytes().to_vec());
+            }
+            Ok((id, Name::of(parts.iter().map(Vec::as_slice))))
+        };
+        self.chunks.iter().map(name).collect()
+    }
+
+    /// Whether a chunk's samples follow from a coarse file's.
+    pub(crate) fn has(&self, id: ChunkId) -> bool {
+        self.chunks.contains_key(&id)
+    }
+
+    /// Whether a chunk of the relief follows from a coarse file's samples.
+    pub(crate) fn has_relief(&self, id: ChunkId) -> bool {
+        self.relief.contains_key(&id)
+    }
+
+    /// Heights of some columns and rows of a chunk, row by row; none where it does not follow from a coarse file's samples.
+    ///
+    /// # Errors
+    /// When the store cannot be read.
+    pub(crate) fn heights(&self, id: ChunkId, columns: Range<usize>, rows: Range<usize>) -> Result<Option<Vec<f32>>> {
+        let Some(&file) = self.chunks.get(&id) else {
+            return Ok(None);
+        };
+        // Places begin at one of those that the others are between.
+        let first = [&columns, &rows].map(|range| range.start / NODES * NODES);
+        let of_chunk = first_of(self.origin, id);
+        let from = [0, 1].map(|axis| of_chunk[axis] + first[axis] as i64);
+        let size = [columns.end - first[0], rows.end - first[1]];
+        let places = self.files[file].grid.places(from, 1, size);
+        let asked: Vec<DVec2> = (rows.start - first[1]..size[1])
+            .flat_map(|row| {
+                places[row * size[0]..][columns.start - first[0]..size[0]]
+                    .iter()
+                    .copied()
+            })
+            .collect();
+        self.files[file].heights(&asked).map(Some)
+    }
+
+    /// A chunk of the relief, if it follows from a coarse file's samples.
+    ///
+    /// # Errors
+    /// When the store cannot be read.
+    pub(crate) fn relief(&self, id: ChunkId) -> Result<Option<Chunk>> {
+        let Some(&file) = self.relief.get(&id) else {
+            return Ok(None);
+        };
+        let file = &self.files[file];
+        let (step, first) = (1 << id.level, first_of(self.origin, id));
+        // Corners are at these places, or between them.
+        let apart = step.max(NODES);
+        let across = CHUNK * step / apart + 2;
+        let places = file.grid.places(first, apart, [across, across]);
+        let window = file.window(&places)?;
+        let highest = window
+            .heights
+            .iter()
+            .fold(0.0, |far: f64, &height| far.max(height.abs().into()));
+        let blocks = FollowingBlocks {
+            bent: if step > NODES {
+                bend(&places, across)
+            } else {
+                DVec2::ZERO
+            },
+            rounding: ROUNDING[0] + ROUNDING[1] * highest,
+            is_of_samples: id.level == 0,
+            in_step: apart / step,
+            window,
+            places,
+            across,
+        };
+        Ok(Some(Chunk {
+            corners: Vec::new(),
+            guessed: Vec::new(),
+            residuals: Vec::new(),
+            steepest: blocks.steepest(apart as f64) as f32,
+            computed: Some(Computed(Arc::new(blocks))),
+        }))
+    }
+}
+
+/// The chunks of the relief all of whose corners follow from one file, up to the level that `levels` tells of each.
+fn relief_of(chunks: &BTreeMap<ChunkId, usize>, levels: impl Fn(usize) -> u8) -> BTreeMap<ChunkId, usize> {
+    let is_whole = |id: ChunkId, file: usize| {
+        let following = id.with_following();
+        following.iter().all(|beside| chunks.get(beside) == Some(&file))
+    };
+    let mut below: BTreeMap<ChunkId, usize> = chunks
+        .iter()
+        .filter(|&(&id, &file)| is_whole(id, file))
+        .map(|(&id, &file)| (id, file))
+        .collect();
+    let mut relief = below.clone();
+    while !below.is_empty() {
+        let above = below.iter().map(|(id, &file)| (id.above(), file));
+        let above: BTreeMap<ChunkId, usize> = above
+            .filter(|&(id, file)| id.level <= levels(file))
+            .filter(|&(id, file)| id.parts().iter().all(|part| below.get(part) == Some(&file)))
+            .collect();
+        relief.extend(above.iter().map(|(&id, &file)| (id, file)));
+        below = above;
+    }
+    relief
+}
+
+/// Own samples of a file, in a store.
+struct OwnSamples {
+    grid: Arc<OwnGrid>,
+    names: BTreeMap<OwnChunk, Name>,
+    store: Store,
+    at_hand: Cache<OwnChunk, Arc<Vec<f32>>>,
+}
+
+impl OwnSamples {
+    fn new(grid: Arc<OwnGrid>, names: BTreeMap<OwnChunk, Name>, store: &Store) -> Self {
+        Self {
+            grid,
+            names,
+            store: store.clone(),
+            at_hand: Cache::builder()
+                .weigher(|_, samples: &Arc<Vec<f32>>| 4 * samples.len() as u32)
+                .max_capacity(AT_HAND)
+                .build(),
+        }
+    }
+
+    /// The highest level of blocks that are no wider than the file's cells.
+    fn levels(&self) -> u8 {
+        self.grid.coarseness().log2().floor() as u8
+    }
+
+    fn name(&self, chunk: OwnChunk) -> Result<Name> {
+        let name = self.names.get(&chunk);
+        name.copied()
+            .with_context(|| format!("own samples {} {} are missing", chunk.x, chunk.y))
+    }
+
+    fn chunk(&self, chunk: OwnChunk) -> Result<Arc<Vec<f32>>> {
+        if let Some(samples) = self.at_hand.get(&chunk) {
+            return Ok(samples);
+        }
+        let key = own_key(chunk, self.name(chunk)?);
+        let bytes = self.store.expect(&key)?;
+        anyhow::ensure!(bytes.len() == 4 * CHUNK * CHUNK, "{key} is damaged");
+        let samples = Arc::new(from_bytes(&bytes));
+        self.at_hand.insert(chunk, Arc::clone(&samples));
+        Ok(samples)
+    }
+
+    fn heights(&self, places: &[DVec2]) -> Result<Vec<f32>> {
+        let window = self.window(places)?;
+        Ok(places.iter().map(|&place| window.height(place) as f32).collect())
+    }
+
+    /// The own samples around some places.
+    fn window(&self, places: &[DVec2]) -> Result<OwnWindow> {
+        let size = self.grid.size();
+        let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let [columns, rows] = [0, 1].map(|axis| {
+            let first = ((low[axis] - 1.0).max(0.0) as usize).min(size[axis] - 2);
+            first..((high[axis] + 3.0).max(0.0) as usize).clamp(first + 2, size[axis])
+        });
+        let mut heights = vec![f32::NAN; columns.len() * rows.len()];
+        for id in chunks_over(&[columns.clone(), rows.clone()]) {
+            let chunk = self.chunk(id)?;
+            let of_chunk = |range: &Range<usize>, chunk: u32| {
+                let first = chunk as usize * CHUNK;
+                range.start.max(first)..range.end.min(first + CHUNK)
+            };
+            let across = of_chunk(&columns, id.x);
+            for row in of_chunk(&rows, id.y) {
+                let from = row % CHUNK * CHUNK + across.start % CHUNK;
+                let to = (row - rows.start) * columns.len() + across.start - columns.start;
+                heights[to..to + across.len()].copy_from_slice(&chunk[from..from + across.len()]);
+            }
+        }
+        Ok(OwnWindow { columns, rows, heights })
+    }
+}
+
+/// A rectangle of a file's own samples.
+#[derive(Debug)]
+struct OwnWindow {
+    columns: Range<usize>,
+    rows: Range<usize>,
+    heights: Vec<f32>,
+}
+
+impl OwnWindow {
+    fn sample(&self, column: usize, row: usize) -> f64 {
+        f64::from(self.heights[(row - self.rows.start) * self.columns.len() + column - self.columns.start])
+    }
+
+    /// The bilinear height in the cell at a place.
+    fn height(&self, place: DVec2) -> f64 {
+        let cell = |at: f64, range: &Range<usize>| (at.max(0.0) as usize).clamp(range.start, range.end - 2);
+        let (column, row) = (cell(place.x, &self.columns), cell(place.y, &self.rows));
+        let share = place - DVec2::new(column as f64, row as f64);
+        let along = |row: usize| {
+            let (left, right) = (self.sample(column, row), self.sample(column + 1, row));
+            left + (right - left) * share.x
+        };
+        let (above, below) = (along(row), along(row + 1));
+        above + (below - above) * share.y
+    }
+}
+
+/// Chunks over a rectangle of own samples.
+fn chunks_over([columns, rows]: &[Range<usize>; 2]) -> Vec<OwnChunk> {
+    let span = |range: &Range<usize>| (range.start / CHUNK) as u32..range.end.div_ceil(CHUNK) as u32;
+    let across = span(columns);
+    span(rows)
+        .flat_map(|y| across.clone().map(move |x| OwnChunk { x, y }))
+        .collect()
+}
+
+/// The blocks of a chunk over own samples of a file.
+#[derive(Debug)]
+struct FollowingBlocks {
+    window: OwnWindow,
+    /// Columns and rows of the file at every `in_step`-th corner, `across` in a row.
+    places: Vec<DVec2>,
+    across: usize,
+    in_step: usize,
+    /// Cells of the file by which places may leave the bilinear ones inside a block.
+    bent: DVec2,
+    /// Metres.
+    rounding: f64,
+    is_of_samples: bool,
+}
+
+impl FollowingBlocks {
+    fn place(&self, column: usize, row: usize) -> DVec2 {
+        let first = row / self.in_step * self.across + column / self.in_step;
+        if self.in_step == 1 {
+            return self.places[first];
+        }
+        let share = |corner: usize| (corner % self.in_step) as f64 / self.in_step as f64;
+        let (across, down) = (share(column), share(row));
+        let above = self.places[first].lerp(self.places[first + 1], across);
+        let below = self.places[first + self.across].lerp(self.places[first + self.across + 1], across);
+        above.lerp(below, down)
+    }
+
+    /// Metres that neighbouring samples of the lattice may differ at most, where so many are from place to place.
+    fn steepest(&self, apart: f64) -> f64 {
+        let width = self.window.columns.len();
+        let rows = self.window.heights.chunks_exact(width);
+        let across = rows
+            .flat_map(|row| row.windows(2))
+            .map(|pair| (pair[1] - pair[0]).abs())
+            .fold(0.0, f32::max);
+        let down = self.window.heights.iter().zip(&self.window.heights[width..]);
+        let down = down.map(|(above, below)| (below - above).abs()).fold(0.0, f32::max);
+        let slope = DVec2::new(across.into(), down.into());
+        let steps_across = self.places.chunks_exact(self.across).flat_map(|row| row.windows(2));
+        let steps_across = steps_across.map(|pair| (pair[1] - pair[0]).abs());
+        let steps_down = self.places.iter().zip(&self.places[self.across..]);
+        let steps_down = steps_down.map(|(&above, &below)| (below - above).abs());
+        let rise = |cells: DVec2| slope.dot((cells + self.bent) / apart);
+        steps_across.chain(steps_down).map(rise).fold(0.0, f64::max) + 2.0 * self.rounding
+    }
+}
+
+impl Blocks for FollowingBlocks {
+    fn corner(&self, column: usize, row: usize) -> f32 {
+        self.window.height(self.place(column, row)) as f32
+    }
+
+    fn residual(&self, column: usize, row: usize) -> [f32; 2] {
+        if self.is_of_samples {
+            return [0.0; 2];
+        }
+        let [p, q, r, s] = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| self.place(column + x, row + y));
+        let [a, b, c, d] = [p, q, r, s].map(|place| self.window.height(place));
+        // The patch is a plane, over columns and rows of the file, and what it is bent.
+        let (mean, twist) = ((a + b + c + d) / 4.0, (a - b - c + d).abs() / 4.0);
+        let middle = (p + q + r + s) / 4.0;
+        let sides = DMat2::from_cols((q + s - p - r) / 2.0, (r + s - p - q) / 2.0);
+        let slope = sides.inverse().transpose() * DVec2::new((b + d - a - c) / 2.0, (c + d - a - b) / 2.0);
+        let astray = (p - q - r + s).abs() / 4.0 + self.bent;
+        let slack = twist + (slope.abs() * astray).element_sum() + self.rounding;
+        let low = p.min(q).min(r).min(s) - self.bent;
+        let high = p.max(q).max(r).max(s) + self.bent;
+        let mut bound = [f64::INFINITY, f64::NEG_INFINITY];
+        for y in crossed(low.y, high.y) {
+            for x in crossed(low.x, high.x) {
+                let place = DVec2::new(x, y);
+                let above = self.window.height(place) - mean - slope.dot(place - middle);
+                bound = [bound[0].min(above), bound[1].max(above)];
+            }
+        }
+        [
+            ((bound[0] - slack) as f32).next_down(),
+            ((bound[1] + slack) as f32).next_up(),
+        ]
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + 4 * self.window.heights.len() + size_of::<DVec2>() * self.places.len()
+    }
+}
+
+/// Both ends of a stretch, and all whole numbers between.
+fn crossed(low: f64, high: f64) -> impl Iterator<Item = f64> {
+    let whole = low.ceil() as i64..=high.floor() as i64;
+    [low, high].into_iter().chain(whole.map(|line| line as f64))
+}
+
+#[cfg(test)]
+#[path = "interpolated_tests.rs"]
+mod tests;
