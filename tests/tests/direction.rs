@@ -101,10 +101,11 @@ const HOMES: [(&str, &[&str]); 21] = [
     ),
 ];
 
-/// All that `core` may use from outside: arithmetic on arrays, what words its errors, and text to JSON values.
-const ARITHMETIC: [&str; 19] = [
+/// All that `core` may use from outside: arithmetic on arrays, maps, what words its errors, and text to JSON values.
+const ARITHMETIC: [&str; 20] = [
     "glam",
     "robust",
+    "rustc_hash",
     "serde_json",
     "smallvec",
     "spade",
