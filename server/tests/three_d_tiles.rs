@@ -35,12 +35,12 @@ async fn the_explicit_tileset_names_every_tile_and_what_is_certified_of_it() {
         .collect();
     assert_eq!(contents(&document["root"]), named);
     let tile = &document["root"]["children"][0];
+    let told = &tile["metadata"]["properties"];
+    // At zoom 0 the step is a metre.
+    let rounding = 3.0_f64.sqrt() / 2.0;
     assert_eq!(
-        (
-            &tile["geometricError"],
-            &tile["metadata"]["properties"]["certifiedError"]
-        ),
-        (&1.0.into(), &1.0.into())
+        (&tile["geometricError"], &told["certifiedError"], &told["rounding"]),
+        (&(1.0 + rounding).into(), &1.0.into(), &rounding.into())
     );
     for uri in named {
         assert_eq!(
@@ -93,6 +93,43 @@ async fn the_implicit_tileset_has_two_roots_and_both_have_a_subtree_and_a_tile()
 }
 
 #[tokio::test]
+async fn packed_tilesets_name_packed_tiles() {
+    let service = Service::new();
+    let packing = "packing=meshopt";
+    let document = service
+        .get(&format!("/square/3d-tiles/tileset.json?{packing}"))
+        .await
+        .json();
+    let named = contents(&document["root"]);
+    assert_eq!(named.len(), 2);
+    assert!(
+        document["root"]["children"][0]["geometricError"].as_f64() > Some(400.0),
+        "steps of 512 m at zoom 0"
+    );
+    let implicit = service
+        .get(&format!("/square/3d-terrain/tileset.json?{packing}"))
+        .await
+        .json();
+    let of_root = contents(&implicit["root"]["children"][0]).remove(0);
+    let of_root = of_root.replace("{level}/{x}/{y}", "0/0/0");
+    let all = named
+        .iter()
+        .map(|uri| format!("/square/3d-tiles/{uri}"))
+        .chain([format!("/square/3d-terrain/{of_root}")]);
+    for path in all {
+        let packed = service.get(&path).await;
+        let plain = service.get(&path.replace(packing, "packing=plain")).await;
+        let required = |answer: &service::Reply| description(&answer.body)["extensionsRequired"].clone();
+        assert_eq!(
+            (&required(&packed)[0], &required(&plain)),
+            (&"EXT_meshopt_compression".into(), &Value::Null)
+        );
+        assert_ne!(packed.header(header::ETAG), plain.header(header::ETAG));
+        assert!(packed.header(header::CACHE_CONTROL).contains("immutable"));
+    }
+}
+
+#[tokio::test]
 async fn what_no_tileset_has_is_refused() {
     let service = Service::new();
     for (path, status) in [
@@ -101,6 +138,7 @@ async fn what_no_tileset_has_is_refused() {
         ("/square/3d-tiles/3/0/0.json", StatusCode::NOT_FOUND),
         ("/square/3d-tiles/1/0/0.b3dm", StatusCode::BAD_REQUEST),
         ("/square/3d-tiles/1/0/2.glb", StatusCode::BAD_REQUEST),
+        ("/square/3d-tiles/1/0/0.glb?packing=draco", StatusCode::BAD_REQUEST),
         ("/square/3d-terrain/2/0/0/0.glb", StatusCode::BAD_REQUEST),
         ("/square/3d-terrain/0/0/1/0.glb", StatusCode::BAD_REQUEST),
         ("/square/3d-terrain/0/7/0/0.subtree", StatusCode::NOT_FOUND),
