@@ -4,20 +4,16 @@
 // TERRAIN_SCREENSHOTS: where to leave pictures; CHROMIUM: another browser.
 
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
-import { createServer } from "node:http";
-import { extname, join } from "node:path";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
-import { fromArrayBuffer } from "geotiff";
 import validator from "gltf-validator";
 import { chromium } from "playwright-core";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
+import { offNearby, readDem } from "./dem.mjs";
+import { servePages } from "./pages.mjs";
 
-const HERE = fileURLToPath(new URL(".", import.meta.url));
 const url = process.env.TERRAIN_URL;
 const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
-const TYPES = { ".js": "text/javascript", ".html": "text/html", ".css": "text/css", ".json": "application/json", ".wasm": "application/wasm" };
 const PACKINGS = ["plain", "meshopt"];
 const SETTLE_MILLISECONDS = 100_000;
 
@@ -48,38 +44,6 @@ async function bytesOf(address) {
   const response = await fetch(address);
   assert.equal(response.status, 200, address.href);
   return new Uint8Array(await response.arrayBuffer());
-}
-
-/** Heights of the source at places: bilinear between samples, undefined beside them. */
-async function readDem(path) {
-  const file = await readFile(path);
-  const image = await (await fromArrayBuffer(file.buffer.slice(file.byteOffset, file.byteOffset + file.length))).getImage();
-  const [west, south, east, north] = image.getBoundingBox();
-  const [samples] = await image.readRasters();
-  const columns = image.getWidth(), rows = image.getHeight();
-  return (longitude, latitude) => {
-    const x = (longitude - west) / (east - west) * columns - 0.5;
-    const y = (north - latitude) / (north - south) * rows - 0.5;
-    if (x < 0 || y < 0 || x > columns - 1 || y > rows - 1) return undefined;
-    const [column, row] = [Math.min(Math.floor(x), columns - 2), Math.min(Math.floor(y), rows - 2)];
-    const at = (dx, dy) => samples[(row + dy) * columns + column + dx];
-    const [u, v] = [x - column, y - row];
-    return (at(0, 0) * (1 - u) + at(1, 0) * u) * (1 - v) + (at(0, 1) * (1 - u) + at(1, 1) * u) * v;
-  };
-}
-
-/** How far a place is off along the vertical at least, if rounding may have moved it so far. */
-function offInSpace(longitude, latitude, height, rounding) {
-  let least = Math.abs(height - dem(longitude, latitude));
-  const degree = 111_000;
-  for (let direction = 0; direction < 16; direction++) {
-    for (const share of [0.5, 1]) {
-      const [east, north] = [Math.cos, Math.sin].map((f) => f(direction * Math.PI / 8) * share * rounding / degree);
-      const expected = dem(longitude + east / Math.cos(latitude * Math.PI / 180), latitude + north);
-      if (expected !== undefined) least = Math.min(least, Math.abs(height - expected));
-    }
-  }
-  return least;
 }
 
 /** Degrees and metres above WGS 84 of Earth-centred metres, by fixed-point iteration of the latitude. */
@@ -166,7 +130,7 @@ for (const packing of PACKINGS) {
           if (expected === undefined) continue;
           const off = Math.abs(height - expected);
           assert.ok(error === null || off <= error + 1e-6, `${address.href}: ${off} m off, ${error} m claimed, at ${longitude}, ${latitude}`);
-          const inSpace = offInSpace(longitude, latitude, height, rounding);
+          const inSpace = offNearby(dem, longitude, latitude, height, rounding);
           assert.ok(inSpace <= certifiedError + rounding + 1e-6, `${address.href}: ${inSpace} m off at ${longitude}, ${latitude}`);
           worst = Math.max(worst, inSpace / (certifiedError + rounding));
           points++;
@@ -193,18 +157,6 @@ for (const packing of PACKINGS) {
       }
     }
   });
-}
-
-/** The pages beside this file, and packages. */
-async function servePages() {
-  const server = createServer(async (request, response) => {
-    const path = join(HERE, "..", decodeURIComponent(new URL(request.url, "http://here").pathname));
-    const bytes = await readFile(path).catch(() => undefined);
-    response.writeHead(bytes ? 200 : 404, { "content-type": TYPES[extname(path)] ?? "application/octet-stream" });
-    response.end(bytes);
-  });
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
-  return server;
 }
 
 /** Opens a page on a tileset and waits until it says that it has all it needs. */
@@ -237,7 +189,7 @@ async function assertNear(heights, packing, added) {
   const allowed = claimed + rounding + added;
   let worst = 0;
   for (const [i, [longitude, latitude]] of PLACES.entries()) {
-    const off = offInSpace(longitude, latitude, heights[i], rounding);
+    const off = offNearby(dem, longitude, latitude, heights[i], rounding);
     assert.ok(off <= allowed, `${off} m off at ${longitude}, ${latitude}; ${allowed} m allowed`);
     worst = Math.max(worst, off);
   }
