@@ -92,6 +92,34 @@ async fn the_implicit_tileset_has_two_roots_and_both_have_a_subtree_and_a_tile()
     );
 }
 
+/// What a subtree says of itself.
+fn of_subtree(subtree: &[u8]) -> Value {
+    let length = u64::from_le_bytes(subtree[8..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&subtree[24..24 + length]).unwrap()
+}
+
+#[tokio::test]
+async fn the_implicit_tileset_has_ground_beside_the_data_across_the_antimeridian_too() {
+    let service = Service::new();
+    // Measured are 0/0/0 and 1/0/0.
+    let beside = ["0/1/1/0", "0/1/0/1", "0/1/1/1", "1/1/1/0", "1/1/1/1"];
+    for path in beside {
+        let tile = service.get(&format!("/square/3d-terrain/{path}.glb")).await;
+        assert_eq!(tile.status, StatusCode::OK, "{path}");
+        assert!(description(&tile.body)["extensionsUsed"][0] == "CESIUM_tile_edges");
+    }
+    for path in ["1/1/0/0", "0/2/3/3"] {
+        let tile = service.get(&format!("/square/3d-terrain/{path}.glb")).await;
+        assert_eq!(tile.status, StatusCode::NOT_FOUND, "{path}");
+    }
+    for (root, available) in [(0, 5), (1, 3)] {
+        let subtree = service.get(&format!("/square/3d-terrain/{root}/0/0/0.subtree")).await;
+        let said = of_subtree(&subtree.body);
+        assert_eq!(said["tileAvailability"]["availableCount"], available, "root {root}");
+        assert_eq!(said["propertyTables"][0]["count"], available, "root {root}");
+    }
+}
+
 #[tokio::test]
 async fn packed_tilesets_name_packed_tiles() {
     let service = Service::new();

@@ -1,7 +1,7 @@
 //! The parts of both tilesets, each made on request.
 
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::formats::quantized_mesh::Extensions;
+use terrain_tiles::formats::quantized_mesh::{Extensions, addresses_around};
 use terrain_tiles::formats::three_d_tiles::{self as format, Described, Packing, Squares, TileSurface};
 
 use crate::failure::Failure;
@@ -36,6 +36,7 @@ impl Part {
     /// Changes exactly when the bytes of a part do, or another program is asked; none where there is no such part.
     pub(crate) fn tag(self, tileset: &Tileset, address: TileAddress) -> Option<String> {
         let checksum = tileset.checksum(address);
+        let checksum_of_square = checksum.or_else(|| tileset.has_ground(address).then_some(0));
         let (kind, packing) = match self {
             Self::Explicit(packing) => ("e", packing),
             Self::Implicit(packing) => ("i", packing),
@@ -47,14 +48,12 @@ impl Part {
         let content = match self {
             Self::Explicit(_) | Self::Implicit(_) => tileset.version.clone(),
             Self::Document(_) => checksum.map(|_| tileset.version.clone())?,
-            Self::Subtree => checksum
-                .or((address.zoom == 0).then_some(0))
-                .map(|_| tileset.version.clone())?,
+            Self::Subtree => checksum_of_square.map(|_| tileset.version.clone())?,
             Self::Measured(_) => format!("{:016x}", tileset.checksum_with_surroundings(address, checksum?)),
-            Self::Whole(_) => {
-                let own = checksum.or((address.zoom == 0).then_some(0))?;
-                format!("{:016x}", tileset.checksum_with_surroundings(address, own))
-            }
+            Self::Whole(_) => format!(
+                "{:016x}",
+                tileset.checksum_with_surroundings(address, checksum_of_square?)
+            ),
         };
         Some(format!(
             "{content}-{kind}-{}-{}",
@@ -106,6 +105,26 @@ fn describe(tileset: &Tileset, address: TileAddress) -> Result<Option<Described>
     Ok(Some(described))
 }
 
+/// Heights and error of what is over a square: of the tile, or of ground beside tiles, which is as high as these are where they meet.
+fn describe_square(tileset: &Tileset, address: TileAddress) -> Result<Option<([f64; 2], f64)>, TileError> {
+    if let Some(described) = describe(tileset, address)? {
+        return Ok(Some((described.heights, described.error)));
+    }
+    if !tileset.has_ground(address) {
+        return Ok(None);
+    }
+    let mut heights = [f64::INFINITY, f64::NEG_INFINITY];
+    for beside in addresses_around(address) {
+        if let Some(Described {
+            heights: [low, high], ..
+        }) = describe(tileset, beside)?
+        {
+            heights = [heights[0].min(low), heights[1].max(high)];
+        }
+    }
+    Ok(Some((heights, 0.0)))
+}
+
 fn measured(tileset: &Tileset, address: TileAddress, packing: Packing) -> Result<Vec<u8>, TileError> {
     let tile = tileset.tile(address)?.ok_or(TileError::Missing)?;
     let surface = TileSurface::measured(&tile, &tileset.tiles_around(address)?, packing);
@@ -128,10 +147,7 @@ fn glb(tileset: &Tileset, surface: &TileSurface, packing: Packing) -> Result<Vec
 }
 
 fn subtree(tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> {
-    let describe = |address| {
-        let described = describe(tileset, address)?;
-        Ok::<_, TileError>(described.map(|described| (described.heights, described.error)))
-    };
+    let describe = |address| describe_square(tileset, address);
     let squares = Squares {
         outside: &tileset.metadata().outside,
         describe,
