@@ -13,17 +13,17 @@ import statistics
 import tempfile
 
 from load import asked_by_wrk
-from programs import get, nginx, terrain_server
+from programs import get, nginx, processor_seconds, terrain_server
 
 
 def main():
     options = arguments()
-    with tempfile.TemporaryDirectory(prefix="load-") as name, terrain_server(options.archive) as (_, ours):
+    with tempfile.TemporaryDirectory(prefix="load-") as name, terrain_server(options.archive) as ours:
         home = pathlib.Path(name)
-        paths, size = tiles_as_files(ours, home / "files")
+        paths, size = tiles_as_files(ours[1], home / "files")
         print(f"{len(paths)} tiles, {size / len(paths) / 1000:.1f} kB each\n")
-        print("| connections | requests a second | nginx | share | p50, ms | nginx | p99, ms | nginx | share |")
-        print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+        print("| connections | requests a second | nginx | share | p50, ms | nginx | p99, ms | nginx | share | own + system µs of the processor a request | nginx |")
+        print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
         with nginx(home / "files", home) as theirs:
             for connections in options.connections:
                 compare(ours, theirs, paths, home, connections, options)
@@ -57,19 +57,29 @@ def tiles_as_files(address, folder):
 
 
 def compare(ours, theirs, paths, home, connections, options):
-    rounds = {ours: [], theirs: []}
+    measured = [[], []]
     for number in range(options.rounds + 1):
-        for address, measured in rounds.items():
-            figures = asked_by_wrk(address, paths, home, connections, options.seconds)
-            if figures["failed"]:
-                raise SystemExit(f"{figures['failed']} answers of {address} failed")
+        for program, rounds in zip((ours, theirs), measured):
+            figures = asked(program, paths, home, connections, options.seconds)
             if number > 0:  # The first one warms up.
-                measured.append(figures)
-    middle = {name: [statistics.median(one[name] for one in rounds[address]) for address in rounds] for name in ("requests", "p50", "p99")}
+                rounds.append(figures)
+    middle = {name: [statistics.median(one[name] for one in rounds) for rounds in measured] for name in measured[0][0]}
     (requests, of_nginx), p50, p99 = middle["requests"], middle["p50"], middle["p99"]
     shares = [requests / of_nginx, p99[0] / p99[1]]
     cells = [f"{requests:.0f}", f"{of_nginx:.0f}", f"{shares[0]:.2f}", *(f"{ms:.2f}" for ms in p50 + p99), f"{shares[1]:.2f}"]
+    cells += [f"{own:.1f} + {system:.1f}" for own, system in zip(middle["own"], middle["system"])]
     print(f"| {connections} | {' | '.join(cells)} |", flush=True)
+
+
+def asked(program, paths, home, connections, seconds):
+    """What wrk says, and the processor's work for each request."""
+    process, address = program
+    before = processor_seconds(process)
+    figures = asked_by_wrk(address, paths, home, connections, seconds)
+    if figures["failed"]:
+        raise SystemExit(f"{figures['failed']} answers of {address} failed")
+    work = [(after - start) / (figures["requests"] * seconds) * 1e6 for start, after in zip(before, processor_seconds(process))]
+    return figures | {"own": work[0], "system": work[1]}
 
 
 if __name__ == "__main__":

@@ -24,12 +24,12 @@ def terrain_server(archive, *options):
 
 @contextlib.contextmanager
 def nginx(folder, home):
-    """Its address. Files ending in .terrain are sent as they are, as what gzip made, with the headers that terrain-server gives."""
+    """Its process and its address. Files ending in .terrain are sent as they are, as what gzip made, with the headers that terrain-server gives."""
     port = free_port()
     configuration = home / "nginx.conf"
     configuration.write_text(configuration_of(folder, home, port))
-    with running(["nginx", "-e", "stderr", "-p", str(home), "-c", str(configuration)], port):
-        yield f"http://127.0.0.1:{port}"
+    with running(["nginx", "-e", "stderr", "-p", str(home), "-c", str(configuration)], port) as process:
+        yield process, f"http://127.0.0.1:{port}"
 
 
 def configuration_of(folder, home, port):
@@ -75,6 +75,16 @@ def wait_until_open(process, port):
             return
         time.sleep(0.05)
     raise SystemExit(f"{process.args[0]} does not answer")
+
+
+def processor_seconds(process):
+    """Of a process and its children so far: of the programs themselves, and of the system for them."""
+    children = subprocess.run(["pgrep", "--parent", str(process.pid)], capture_output=True, text=True).stdout.split()
+    own = system = 0
+    for number in [process.pid, *children]:
+        fields = pathlib.Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()
+        own, system = own + int(fields[11]), system + int(fields[12])
+    return [ticks / os.sysconf("SC_CLK_TCK") for ticks in (own, system)]
 
 
 def free_port():
