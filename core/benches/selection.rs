@@ -1,5 +1,5 @@
-//! What a selection costs: pyramids of a square, all levels full, seen from low above the middle so that what is near is refined
-//! to the leaves. Counted are tiles that exist, and those that are drawn.
+//! What a selection costs: pyramids of squares in a row, all levels full, seen from low above the ground so that what is near is
+//! refined to the leaves. Counted are tiles that exist, and those that are drawn.
 //!
 //! `cargo bench -p terrain-core --bench selection`
 
@@ -13,20 +13,23 @@ use terrain_core::selection::select::{Choice, Demand, Selection, select};
 
 const SIDE: f64 = 100_000.0;
 const RELIEF: f64 = 500.0;
+/// Where the camera is, from the middle of the first root.
+const EAST: f64 = -20_000.0;
 const INTERIOR_LEVELS: usize = 4;
 
 /// Depth, column, row.
 type Node = (u8, u32, u32);
 
-/// A square of ground, cut in four again and again.
-struct Square {
+/// Squares of ground side by side, each cut in four again and again.
+struct Ground {
+    roots: u32,
     depth: u8,
     /// By depth.
     levels: Vec<Vec<Level>>,
 }
 
-impl Square {
-    fn new(depth: u8) -> Self {
+impl Ground {
+    fn new(roots: u32, depth: u8) -> Self {
         let level = |depth: u8, index: usize| Level {
             error: 2000.0 / f64::from(1_u32 << depth) * (1.0 + (INTERIOR_LEVELS - 1 - index) as f64 / 4.0),
             triangles: 500 * (index as u64 + 1),
@@ -34,6 +37,7 @@ impl Square {
         };
         let of_depth = |depth| (0..INTERIOR_LEVELS).map(|index| level(depth, index)).collect();
         Self {
+            roots,
             depth,
             levels: (0..=depth).map(of_depth).collect(),
         }
@@ -41,15 +45,16 @@ impl Square {
 
     /// How many tiles there are.
     fn len(&self) -> u64 {
-        (0..=self.depth).map(|depth| 1 << (2 * depth)).sum()
+        let of_root: u64 = (0..=self.depth).map(|depth| 1 << (2 * depth)).sum();
+        u64::from(self.roots) * of_root
     }
 }
 
-impl Hierarchy for Square {
+impl Hierarchy for Ground {
     type Node = Node;
 
     fn roots(&self) -> impl Iterator<Item = Node> {
-        [(0, 0, 0)].into_iter()
+        (0..self.roots).map(|x| (0, x, 0))
     }
 
     fn parent(&self, (depth, x, y): Node) -> Option<Node> {
@@ -63,12 +68,12 @@ impl Hierarchy for Square {
     }
 
     fn neighbours(&self, (depth, x, y): Node) -> [Option<Node>; 4] {
-        let last = (1 << depth) - 1;
+        let (last_column, last_row) = ((self.roots << depth) - 1, (1 << depth) - 1);
         [
             (x > 0).then(|| (depth, x - 1, y)),
             (y > 0).then(|| (depth, x, y - 1)),
-            (x < last).then_some((depth, x + 1, y)),
-            (y < last).then_some((depth, x, y + 1)),
+            (x < last_column).then_some((depth, x + 1, y)),
+            (y < last_row).then_some((depth, x, y + 1)),
         ]
     }
 
@@ -88,8 +93,8 @@ impl Hierarchy for Square {
 }
 
 /// Low above the ground, looking along it.
-fn camera() -> Camera {
-    let eye = DVec3::new(-20_000.0, 0.0, 3000.0);
+fn camera(east: f64) -> Camera {
+    let eye = DVec3::new(east, 0.0, 3000.0);
     let half_space = |normal: DVec3| HalfSpace {
         normal,
         offset: -normal.dot(eye),
@@ -119,50 +124,109 @@ fn demand(tolerance: f64) -> Demand {
     }
 }
 
-fn selected(square: &Square, demand: &Demand, before: &[Choice<Node>]) -> Selection<Node> {
-    select(black_box(square), black_box(&camera()), demand, |_| true, before)
+fn selected(ground: &Ground, demand: &Demand, before: &[Choice<Node>]) -> Selection<Node> {
+    select(black_box(ground), black_box(&camera(EAST)), demand, |_| true, before)
+}
+
+/// A camera that goes some way on from picture to picture, and begins again at the end of it.
+struct Flight {
+    ground: Ground,
+    demand: Demand,
+    moment: u32,
+    drawn: Vec<Choice<Node>>,
+}
+
+impl Flight {
+    /// Pictures until it begins again.
+    const MOMENTS: u32 = 600;
+    /// Metres from picture to picture: at 60 in a second, 3 km in one.
+    const STEP: f64 = 50.0;
+
+    fn new((roots, depth): (u32, u8), tolerance: f64) -> Self {
+        Self {
+            ground: Ground::new(roots, depth),
+            demand: demand(tolerance),
+            moment: 0,
+            drawn: Vec::new(),
+        }
+    }
+
+    fn go_on(&mut self) {
+        let camera = camera(EAST + Self::STEP * f64::from(self.moment));
+        self.moment = (self.moment + 1) % Self::MOMENTS;
+        self.drawn = select(black_box(&self.ground), &camera, &self.demand, |_| true, &self.drawn).choices;
+    }
+
+    /// Flies once, and tells how many tiles are drawn on the way.
+    fn tell(&mut self) {
+        let (mut least, mut most) = (usize::MAX, 0);
+        for _ in 0..Self::MOMENTS {
+            self.go_on();
+            (least, most) = (least.min(self.drawn.len()), most.max(self.drawn.len()));
+        }
+        println!("{} tiles, {least} to {most} drawn", self.ground.len());
+    }
 }
 
 /// A view of which everything in sight is refined as far as it goes: depth 7 has 21,845 tiles, depth 6 has 5,461.
 #[divan::bench(args = [4, 5, 6, 7, 8])]
 fn all_in_sight_to_the_leaves(bencher: Bencher, depth: u8) {
-    let square = Square::new(depth);
-    let drawn = selected(&square, &demand(1e-3), &[]).choices.len();
-    println!("depth {depth}: {} tiles, {drawn} drawn", square.len());
+    let ground = Ground::new(1, depth);
+    let drawn = selected(&ground, &demand(1e-3), &[]).choices.len();
+    println!("depth {depth}: {} tiles, {drawn} drawn", ground.len());
     bencher
         .counter(ItemsCount::new(drawn))
-        .bench(|| selected(&square, &demand(1e-3), &[]));
+        .bench(|| selected(&ground, &demand(1e-3), &[]));
 }
 
 /// Two pixels, as the page asks for.
 #[divan::bench(args = [4, 5, 6, 7, 8, 10, 12, 14])]
 fn two_pixels(bencher: Bencher, depth: u8) {
-    let square = Square::new(depth);
-    let drawn = selected(&square, &demand(2.0), &[]).choices.len();
-    println!("depth {depth}: {} tiles, {drawn} drawn", square.len());
+    let ground = Ground::new(1, depth);
+    let drawn = selected(&ground, &demand(2.0), &[]).choices.len();
+    println!("depth {depth}: {} tiles, {drawn} drawn", ground.len());
     bencher
         .counter(ItemsCount::new(drawn))
-        .bench(|| selected(&square, &demand(2.0), &[]));
+        .bench(|| selected(&ground, &demand(2.0), &[]));
 }
 
 /// The same after a picture that is already there.
 #[divan::bench(args = [7, 14])]
 fn two_pixels_again(bencher: Bencher, depth: u8) {
-    let square = Square::new(depth);
-    let before = selected(&square, &demand(2.0), &[]).choices;
-    bencher.bench(|| selected(&square, &demand(2.0), &before));
+    let ground = Ground::new(1, depth);
+    let before = selected(&ground, &demand(2.0), &[]).choices;
+    bencher.bench(|| selected(&ground, &demand(2.0), &before));
 }
 
 /// For a quarter of the triangles, which takes several attempts.
 #[divan::bench(args = [7, 14])]
 fn a_quarter_of_the_triangles(bencher: Bencher, depth: u8) {
-    let square = Square::new(depth);
-    let drawn = selected(&square, &demand(2.0), &[]).choices.len() as u64;
+    let ground = Ground::new(1, depth);
+    let drawn = selected(&ground, &demand(2.0), &[]).choices.len() as u64;
     let less = Demand {
         triangles: drawn * 500 / 4,
         ..demand(2.0)
     };
-    bencher.bench(|| selected(&square, &less, &[]));
+    bencher.bench(|| selected(&ground, &less, &[]));
+}
+
+/// A thousand, ten thousand and a hundred thousand tiles: roots, and depth below them.
+const GROWING: [(u32, u8); 3] = [(3, 4), (2, 6), (5, 7)];
+
+/// A picture of a flight within two pixels.
+#[divan::bench(args = GROWING, sample_count = 600, sample_size = 1)]
+fn flying(bencher: Bencher, size: (u32, u8)) {
+    let mut flight = Flight::new(size, 2.0);
+    flight.tell();
+    bencher.bench_local(|| flight.go_on());
+}
+
+/// A picture of a flight in which everything in sight is refined as far as it goes.
+#[divan::bench(args = GROWING, sample_count = 600, sample_size = 1)]
+fn flying_over_leaves(bencher: Bencher, size: (u32, u8)) {
+    let mut flight = Flight::new(size, 1e-3);
+    flight.tell();
+    bencher.bench_local(|| flight.go_on());
 }
 
 fn main() {

@@ -53,13 +53,13 @@ pub enum Format {
     /// `layer.json` and `z/x/y.terrain`: quantized-mesh with normals.
     QuantizedMesh,
     /// `tileset.json`, `z/x/y.json` and `z/x/y.glb`: the explicit tileset of 3D Tiles.
-    ThreeDTiles,
+    ThreeDTiles(Packing),
     /// The files of `QuantizedMesh` in one database, MBTiles.
     QuantizedMeshDatabase,
     /// The files of `QuantizedMesh` in one, PMTiles.
     QuantizedMeshFile,
     /// The files of `ThreeDTiles` in one, a 3D Tiles archive.
-    ThreeDTilesArchive,
+    ThreeDTilesArchive(Packing),
     /// Raster tiles of heights in one file, PMTiles.
     Rasters(RasterForm),
     /// Meshes, heightmaps and worlds in a local frame, of the finest zoom alone.
@@ -90,7 +90,7 @@ impl Format {
         use Format::{ArduPilot, FlightGear, QuantizedMesh, Simulator, ThreeDTiles};
         !matches!(
             self,
-            ArduPilot { .. } | FlightGear { .. } | QuantizedMesh | ThreeDTiles | Simulator(_)
+            ArduPilot { .. } | FlightGear { .. } | QuantizedMesh | ThreeDTiles(_) | Simulator(_)
         )
     }
 }
@@ -181,9 +181,9 @@ fn write_in(part: &Path, archive: &Reader, format: &Format, choice: &Choice) -> 
             }
             one_file(file, pack.chosen.len())
         }
-        Format::ThreeDTiles => pack()?.three_d_tiles()?.as_folder(),
-        Format::ThreeDTilesArchive => {
-            let pack = pack()?.three_d_tiles()?;
+        Format::ThreeDTiles(packing) => pack()?.three_d_tiles(*packing)?.as_folder(),
+        Format::ThreeDTilesArchive(packing) => {
+            let pack = pack()?.three_d_tiles(*packing)?;
             let written = sizes(pack.folder.path())?;
             three_tz::write(pack.folder.path(), written.keys().map(String::as_str), &file)?;
             one_file(file, pack.chosen.len())
@@ -315,30 +315,31 @@ impl<'a> Pack<'a> {
         Ok(self)
     }
 
-    fn three_d_tiles(self) -> anyhow::Result<Self> {
+    fn three_d_tiles(self, packing: Packing) -> anyhow::Result<Self> {
         self.chosen.par_iter().try_for_each(|&address| {
             let surface = TileSurface::measured(
                 &archive_tiles::tile(self.archive, address)?,
                 &stored::tiles_around(self.archive, address)?,
+                packing,
             );
-            let file = three_d_tiles::file(&surface, Packing::Plain, self.archive.metadata());
+            let file = three_d_tiles::file(&surface, packing, self.archive.metadata());
             self.folder.write(
                 &format!("{address}.glb"),
                 &file.with_context(|| format!("tile {address} is empty"))?,
             )
         })?;
-        self.write_document("tileset.json", None)?;
+        self.write_document("tileset.json", None, packing)?;
         let is_root = |address: &&TileAddress| address.zoom > 0 && address.zoom.is_multiple_of(DOCUMENT_ZOOMS);
         let roots = self.chosen.iter().filter(is_root);
         roots
             .copied()
-            .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address)))?;
+            .try_for_each(|address| self.write_document(&format!("{address}.json"), Some(address), packing))?;
         Ok(self)
     }
 
-    fn write_document(&self, path: &str, root: Option<TileAddress>) -> anyhow::Result<()> {
+    fn write_document(&self, path: &str, root: Option<TileAddress>, packing: Packing) -> anyhow::Result<()> {
         let describe = |address| self.describe(address);
-        let document = three_d_tiles::document(root, None, self.archive.metadata(), &describe)?;
+        let document = three_d_tiles::document(root, packing, "", self.archive.metadata(), &describe)?;
         let document = document.with_context(|| format!("{path} has no tile"))?;
         self.folder.write(path, document.to_string().as_bytes())
     }

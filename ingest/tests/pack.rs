@@ -123,6 +123,24 @@ fn a_tileset_names_every_file_of_its_folder() {
 }
 
 #[test]
+fn packed_tilesets_have_the_same_files_in_half_the_bytes_at_most_and_larger_errors() {
+    let home = tempfile::tempdir().unwrap();
+    let archive = archive(home.path());
+    let [plain, packed] = ["plain", "meshopt"].map(|packing| {
+        let output = home.path().join(packing);
+        let report = pack(&archive, "3d-tiles", &output, &["--packing", packing]);
+        let root = json(&output.join("tileset.json"))["root"].clone();
+        (
+            files(&output),
+            report["bytes"].as_u64(),
+            root["geometricError"].as_f64(),
+        )
+    });
+    assert_eq!(packed.0, plain.0);
+    assert!(packed.1.map(|bytes| 2 * bytes) < plain.1 && packed.2 > plain.2);
+}
+
+#[test]
 fn a_part_has_the_same_files_as_the_whole_and_only_those_that_meet_its_box() {
     let home = tempfile::tempdir().unwrap();
     let archive = archive(home.path());

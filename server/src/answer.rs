@@ -7,6 +7,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use http_range_header::parse_range_header;
 
+use crate::bodies::Key;
 use crate::coding::Coding;
 
 /// What is said of a body.
@@ -85,6 +86,15 @@ impl Description {
         fields.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
         if self.coding != Coding::Identity {
             fields.insert(header::CONTENT_ENCODING, HeaderValue::from_static(self.coding.name()));
+        }
+        response
+    }
+
+    /// The same where the body is the one at `key`, and says so if the address changes with it.
+    pub(crate) fn respond_from(&self, key: Key, headers: &HeaderMap, body: Bytes) -> Response {
+        let mut response = self.respond(headers, body);
+        if self.immutable {
+            response.extensions_mut().insert(key);
         }
         response
     }

@@ -1,10 +1,9 @@
 //! Encoded bodies, kept in memory: what is asked for again is neither read nor encoded again, and what several ask for at once is
 //! made once.
 
-use std::sync::Arc;
-
 use axum::body::Bytes;
-use moka::future::Cache;
+use quick_cache::Weighter;
+use quick_cache::sync::Cache;
 
 use crate::coding::Coding;
 use crate::failure::Failure;
@@ -26,33 +25,43 @@ pub(crate) enum Key {
     Document(String, Coding),
 }
 
+/// Bodies are as large as this on average, bytes: the cache makes room for its own books by it.
+const USUAL_BYTES: u64 = 20_000;
+
 /// Bodies by their keys; those long unused go when there are too many bytes.
+pub(crate) struct Bodies(Cache<Key, Bytes, Length>);
+
 #[derive(Clone)]
-pub(crate) struct Bodies(Cache<Key, Bytes>);
+struct Length;
+
+impl Weighter<Key, Bytes> for Length {
+    fn weight(&self, _: &Key, body: &Bytes) -> u64 {
+        1 + body.len() as u64
+    }
+}
 
 impl Bodies {
     pub(crate) fn new(most_bytes: u64) -> Self {
-        let weight = |_: &Key, body: &Bytes| body.len().try_into().unwrap_or(u32::MAX);
-        Self(Cache::builder().weigher(weight).max_capacity(most_bytes).build())
+        let usual = usize::try_from(most_bytes / USUAL_BYTES).unwrap_or(usize::MAX);
+        Self(Cache::with_weighter(usual, most_bytes, Length))
     }
 
     /// The body at `key`, made by `make` on a thread where it may block, if it is not there.
-    pub(crate) async fn get<E: From<Failure> + Clone + Send + Sync + 'static>(
+    pub(crate) async fn get<E: From<Failure> + Send + 'static>(
         &self,
         key: Key,
         make: impl FnOnce() -> Result<Bytes, E> + Send + 'static,
     ) -> Result<Bytes, E> {
-        if let Some(body) = self.0.get(&key).await {
-            return Ok(body);
-        }
         let made = async {
             let joined = tokio::task::spawn_blocking(make).await;
             joined.map_err(Failure::internal).map_err(E::from)?
         };
-        self.0
-            .try_get_with(key, made)
-            .await
-            .map_err(|error: Arc<E>| (*error).clone())
+        self.0.get_or_insert_async(&key, made).await
+    }
+
+    /// The body at `key`, if it is in memory.
+    pub(crate) fn there(&self, key: &Key) -> Option<Bytes> {
+        self.0.get(key)
     }
 
     /// A document in `coding`.

@@ -11,6 +11,7 @@ use std::fs;
 use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use arc_swap::ArcSwap;
@@ -32,6 +33,8 @@ pub struct Catalogue {
     addresses: BTreeMap<PathBuf, Address>,
     known: Mutex<BTreeMap<PathBuf, Known>>,
     tilesets: ArcSwap<Tilesets>,
+    /// How often these were replaced.
+    epoch: AtomicU64,
 }
 
 /// A file that was looked at.
@@ -66,6 +69,7 @@ impl Catalogue {
             sources,
             known: Mutex::default(),
             tilesets: ArcSwap::default(),
+            epoch: AtomicU64::default(),
         };
         for source in &catalogue.sources {
             if !source.is_dir() {
@@ -123,12 +127,19 @@ impl Catalogue {
         }
         if has_changed {
             self.tilesets.store(Arc::new(by_name(&known)));
+            // What is found for the number that was read before is at most newer than it says.
+            self.epoch.fetch_add(1, Ordering::SeqCst);
             tracing::info!("serving {} archives", self.tilesets.load().len());
         }
     }
 
     pub(crate) fn tilesets(&self) -> Arc<Tilesets> {
         self.tilesets.load_full()
+    }
+
+    /// Changes after the tilesets have.
+    pub(crate) fn epoch(&self) -> u64 {
+        self.epoch.load(Ordering::SeqCst)
     }
 
     pub(crate) fn find(&self, name: &str) -> Option<Arc<Tileset>> {

@@ -37,6 +37,7 @@ mod metrics;
 mod observe;
 mod page;
 mod raster_dem;
+mod remembered;
 mod remote;
 mod service;
 mod settings;

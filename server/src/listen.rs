@@ -16,6 +16,7 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::{GracefulShutdown, Watcher};
+use socket2::SockRef;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_io_timeout::TimeoutStream;
@@ -24,6 +25,9 @@ use tower::ServiceExt;
 use crate::metrics::Metrics;
 use crate::settings::Settings;
 
+/// Bytes of answers that the system keeps for a client before it has sent them. Without a limit there are up to 4 MiB for each that reads
+/// slowly, and a few hundred such clients take all memory that the system has for connections: then it resets those of others.
+const MOST_UNSENT: u32 = 128 << 10;
 /// Open files that are not connections: archives, logs, what libraries need.
 const OTHER_FILES: u64 = 64;
 /// After a failure to accept, such as too many open files: those that are open end meanwhile.
@@ -37,6 +41,9 @@ pub async fn serve(
     settings: &Settings,
     stop: impl Future<Output = ()>,
 ) {
+    if let Err(error) = SockRef::from(&listener).set_tcp_notsent_lowat(MOST_UNSENT) {
+        tracing::warn!("the system does not limit what it keeps for slow readers: {error}");
+    }
     let places = Arc::new(Semaphore::new(most_connections(settings)));
     let connections = GracefulShutdown::new();
     tokio::pin!(stop);

@@ -22,6 +22,8 @@ pub struct Metrics {
     requests: Family<Answered, Counter>,
     seconds: Family<Route, Histogram, fn() -> Histogram>,
     body_bytes: Counter,
+    /// Answers from memory.
+    pub(crate) remembered: Counter,
     /// Open connections.
     pub(crate) connections: Gauge,
     /// Connections that waited because too many were open.
@@ -46,12 +48,18 @@ impl Default for Metrics {
         let requests = Family::default();
         let seconds = Family::new_with_constructor(time_classes as fn() -> Histogram);
         let body_bytes = Counter::default();
+        let remembered = Counter::default();
         let connections = Gauge::default();
         let waiting = Counter::default();
         let tilesets = Gauge::default();
         registry.register("requests", "Answers by route and status", requests.clone());
         registry.register("answer_seconds", "Time until an answer's body begins", seconds.clone());
         registry.register("body_bytes", "Bytes of answers' bodies", body_bytes.clone());
+        registry.register(
+            "remembered_answers",
+            "Answers to what was asked before in the same words",
+            remembered.clone(),
+        );
         registry.register("connections", "Open connections", connections.clone());
         registry.register(
             "waiting_connections",
@@ -64,6 +72,7 @@ impl Default for Metrics {
             requests,
             seconds,
             body_bytes,
+            remembered,
             connections,
             waiting,
             tilesets,

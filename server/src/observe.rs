@@ -11,6 +11,7 @@ use axum::response::{IntoResponse, Response};
 
 use crate::failure::Failure;
 use crate::guard;
+use crate::remembered::Question;
 use crate::service::Service;
 
 /// Target of the lines of the access log.
@@ -25,9 +26,9 @@ const ROUTES: [&str; 11] = [
 pub(crate) async fn observe(State(service): State<Service>, request: Request, next: Next) -> Response {
     let start = Instant::now();
     let route = route(request.uri().path());
-    let asked = tracing::enabled!(target: ACCESS, tracing::Level::INFO).then(|| Asked::of(&request));
+    let asked = service.has_access_log.then(|| Asked::of(&request));
     let response = match guard::check(&service, &request) {
-        Ok(()) => next.run(request).await,
+        Ok(()) => answer(&service, request, next).await,
         Err(failure) => failure.into_response(),
     };
     let (elapsed, status) = (start.elapsed(), response.status().as_u16());
@@ -43,6 +44,21 @@ pub(crate) async fn observe(State(service): State<Service>, request: Request, ne
         let milliseconds = elapsed.as_secs_f64() * 1e3;
         tracing::info!(target: ACCESS, peer, method, uri, status, bytes, milliseconds, agent);
     }
+    response
+}
+
+/// From memory, or by whoever knows.
+async fn answer(service: &Service, request: Request, next: Next) -> Response {
+    let Some(question) = Question::of(&request) else {
+        return next.run(request).await;
+    };
+    let epoch = service.catalogue.epoch();
+    if let Some(response) = service.remembered.answer(&question, epoch, &service.bodies) {
+        service.metrics.remembered.inc();
+        return response;
+    }
+    let response = next.run(request).await;
+    service.remembered.keep(question, epoch, &response);
     response
 }
 

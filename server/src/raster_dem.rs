@@ -106,8 +106,9 @@ async fn normals(
     let key = Key::Gradients(tileset.generation, address, format);
     let heights = service.heights.clone();
     let draw = move || gradients::draw(&heights, &tileset, address, format);
-    let body = service.bodies.get(key, draw).await;
-    Ok(description.respond(request.headers(), body.map_err(|error| error.answered(missing))?))
+    let body = service.bodies.get(key.clone(), draw).await;
+    let body = body.map_err(|error| error.answered(missing))?;
+    Ok(description.respond_from(key, request.headers(), body))
 }
 
 async fn tile_json(
@@ -174,7 +175,7 @@ async fn tile(
         let drawn = wanted.form.draw(tileset.metadata(), wanted.tile, ground_at);
         drawn.map(Bytes::from)
     };
-    let body = service.bodies.get(key, draw).await;
+    let body = service.bodies.get(key.clone(), draw).await;
     let body = body.map_err(|error| error.answered(|| format!("there is no tile {z}/{x}/{file}")))?;
-    Ok(description.respond(headers, body))
+    Ok(description.respond_from(key, headers, body))
 }

@@ -9,7 +9,8 @@ use crate::curved::CurvedFile;
 use crate::failure::Failure;
 use crate::heights::Heights;
 use crate::metrics::Metrics;
-use crate::settings::Settings;
+use crate::remembered::Remembered;
+use crate::settings::{AccessLog, Settings};
 use crate::tileset::Tileset;
 
 /// All that the handlers share.
@@ -24,6 +25,8 @@ pub struct Shared {
     /// The figures.
     pub metrics: Metrics,
     pub(crate) bodies: Bodies,
+    pub(crate) remembered: Remembered,
+    pub(crate) has_access_log: bool,
     pub(crate) heights: Heights,
     pub(crate) token: Option<String>,
     pub(crate) base_path: String,
@@ -40,6 +43,8 @@ impl Shared {
             models,
             metrics: Metrics::default(),
             bodies: Bodies::new(settings.cache << 20),
+            remembered: Remembered::default(),
+            has_access_log: settings.access_log != AccessLog::Off,
             heights: Heights::default(),
             token: settings.token.clone(),
             base_path: settings.base_path.clone(),

@@ -29,11 +29,13 @@ pub(crate) fn routes() -> Router<Service> {
 const EARTH: TileAddress = TileAddress { zoom: 0, x: 0, y: 0 };
 
 async fn explicit(state: State<Service>, path: Path<String>, request: Request) -> Result<Response, Failure> {
-    answer(state, path, EARTH, Part::Explicit, request).await
+    let part = Part::Explicit(asked_packing(&request)?);
+    answer(state, path, EARTH, part, request).await
 }
 
 async fn implicit(state: State<Service>, path: Path<String>, request: Request) -> Result<Response, Failure> {
-    answer(state, path, EARTH, Part::Implicit, request).await
+    let part = Part::Implicit(asked_packing(&request)?);
+    answer(state, path, EARTH, part, request).await
 }
 
 async fn of_explicit(
@@ -44,8 +46,10 @@ async fn of_explicit(
     let (_, ending) = file.split_once('.').unwrap_or((&file, ""));
     let address = tile_address([&z, &x, &file])?;
     let part = match ending {
-        "glb" => Part::Measured(Packing::Plain),
-        "json" if address.zoom.is_multiple_of(DOCUMENT_ZOOMS) && address.zoom > 0 => Part::Document,
+        "glb" => Part::Measured(asked_packing(&request)?),
+        "json" if address.zoom.is_multiple_of(DOCUMENT_ZOOMS) && address.zoom > 0 => {
+            Part::Document(asked_packing(&request)?)
+        }
         "json" => {
             return Err(Failure::NotFound(format!(
                 "documents are at every {DOCUMENT_ZOOMS}th zoom"
@@ -68,7 +72,7 @@ async fn of_implicit(
     let (_, ending) = file.split_once('.').unwrap_or((&file, ""));
     let address = address_below_root(&root, [&z, &x, &file])?;
     let part = match ending {
-        "glb" => Part::Whole,
+        "glb" => Part::Whole(asked_packing(&request)?),
         "subtree" if address.zoom.is_multiple_of(SUBTREE_LEVELS) => Part::Subtree,
         "subtree" => {
             return Err(Failure::NotFound(format!(
@@ -82,6 +86,15 @@ async fn of_implicit(
         }
     };
     answer(state, Path(name), address, part, request).await
+}
+
+/// `packing=…` in the query; plain if it is not there.
+fn asked_packing(request: &Request) -> Result<Packing, Failure> {
+    let query = request.uri().query().unwrap_or_default();
+    let mut asked = query.split('&').filter_map(|part| part.strip_prefix("packing="));
+    asked.next().map_or(Ok(Packing::Plain), |name| {
+        Packing::named(name).ok_or_else(|| Failure::BadRequest(format!("a packing is plain or meshopt, not “{name}”")))
+    })
 }
 
 /// Columns are counted from each root's west.

@@ -123,6 +123,6 @@ async fn answer(
     let key = Key::Tile(tileset.generation, request.address, request.form);
     let (source, wanted) = (Arc::clone(tileset), *request);
     // Reading, decoding and encoding a tile takes milliseconds of one core.
-    let body = service.bodies.get(key, move || wanted.body(&source)).await?;
-    Ok(description.respond(headers, body))
+    let body = service.bodies.get(key.clone(), move || wanted.body(&source)).await?;
+    Ok(description.respond_from(key, headers, body))
 }

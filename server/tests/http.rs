@@ -319,11 +319,10 @@ async fn a_damaged_tile_is_the_servers_fault_tells_no_path_and_does_not_stop_it(
 async fn of_an_archive_that_is_overwritten_no_byte_goes_out_under_the_name_of_the_other() {
     let service = Service::new();
     let path = "/square/1/0/0.spt";
-    let before = service.get(path).await;
-    let version = service.get("/tilesets").await.json()[0]["version"]
-        .as_str()
-        .unwrap()
-        .to_owned();
+    let version = version(&service).await;
+    let before = service.get(&format!("{path}?v={version}")).await;
+    let remembered = service.get(&format!("{path}?v={version}")).await;
+    assert_eq!(remembered.body, before.body);
     let mut higher = tile(address(1, 0, 0));
     higher
         .partition
@@ -414,6 +413,66 @@ async fn an_operator_may_name_the_pages_that_read_and_the_path_before_all_others
         "text/html; charset=utf-8"
     );
     assert_eq!(service.get("/square/layer.json").await.status, StatusCode::NOT_FOUND);
+}
+
+async fn version(service: &Service) -> String {
+    let list = service.get("/tilesets").await.json();
+    list[0]["version"].as_str().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn what_was_asked_before_is_answered_alike_from_memory_and_other_questions_are_not() {
+    let service = Service::with(Settings {
+        token: Some("secret".to_owned()),
+        ..Settings::default()
+    });
+    let token = ("authorization", "Bearer secret");
+    let list = service.ask("GET", "/tilesets", &[token]).await.json();
+    let path = format!("/square/1/0/0.terrain?v={}", list[0]["version"].as_str().unwrap());
+    let gzip = ("accept-encoding", "gzip");
+    let first = service.ask("GET", &path, &[token, gzip]).await;
+    let again = service.ask("GET", &path, &[token, gzip]).await;
+    assert_eq!(
+        (again.status, &again.headers, &again.body),
+        (first.status, &first.headers, &first.body)
+    );
+    assert!(again.header(header::CACHE_CONTROL).contains("immutable"));
+    assert_eq!(again.header(header::ACCESS_CONTROL_ALLOW_ORIGIN), "*");
+
+    assert_eq!(
+        service.ask("GET", &path, &[gzip]).await.status,
+        StatusCode::UNAUTHORIZED
+    );
+    let plain = service.ask("GET", &path, &[token]).await;
+    assert_eq!(
+        (plain.header(header::CONTENT_ENCODING), &plain.body),
+        ("", &first.plain())
+    );
+    let normals = ("accept", "application/vnd.quantized-mesh;extensions=octvertexnormals");
+    assert!(
+        service
+            .ask("GET", &path, &[token, gzip, normals])
+            .await
+            .mesh()
+            .normals
+            .is_some()
+    );
+    let tag = first.header(header::ETAG);
+    let has_it = service.ask("GET", &path, &[token, gzip, ("if-none-match", tag)]).await;
+    assert_eq!(has_it.status, StatusCode::NOT_MODIFIED);
+    let part = service.ask("GET", &path, &[token, gzip, ("range", "bytes=2-5")]).await;
+    assert_eq!(
+        (part.status, part.body.as_slice()),
+        (StatusCode::PARTIAL_CONTENT, &first.body[2..6])
+    );
+    let head = service.ask("HEAD", &path, &[token, gzip]).await;
+    assert_eq!((head.status, head.body.len()), (StatusCode::OK, 0));
+    // Without the version the answer may change.
+    for _ in 0..2 {
+        service.ask("GET", "/square/1/0/0.terrain", &[token, gzip]).await;
+    }
+    let text = String::from_utf8(service.ask("GET", "/metrics", &[token]).await.body).unwrap();
+    assert!(text.contains("terrain_remembered_answers_total 1\n"), "{text}");
 }
 
 #[tokio::test]

@@ -1,6 +1,6 @@
 //! What one selection has found out about nodes, each asked for once and numbered as it is met.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use smallvec::SmallVec;
 
@@ -9,7 +9,7 @@ use crate::selection::hierarchy::{Hierarchy, Level};
 use crate::selection::oriented_box::OrientedBox;
 
 /// How many levels finer than its coarsest a node was drawn, beyond its finest where its children were drawn.
-pub(super) type Before<N> = HashMap<N, usize>;
+pub(super) type Before<N> = FxHashMap<N, usize>;
 
 /// A node that was met.
 pub(super) struct Seen<'a, N> {
@@ -32,7 +32,7 @@ pub(super) struct Scene<'a, H: Hierarchy> {
     camera: &'a Camera,
     sight: Sight<'a>,
     before: Before<H::Node>,
-    numbers: HashMap<H::Node, usize>,
+    numbers: FxHashMap<H::Node, usize>,
     pub(super) seen: Vec<Seen<'a, H::Node>>,
     pub(super) roots: Vec<usize>,
 }
@@ -44,7 +44,7 @@ impl<'a, H: Hierarchy> Scene<'a, H> {
             camera,
             sight: camera.sight(),
             before,
-            numbers: HashMap::new(),
+            numbers: FxHashMap::default(),
             seen: Vec::new(),
             roots: Vec::new(),
         };

@@ -12,7 +12,7 @@
 //! Hence drawn neighbours are at most one depth apart and meet vertex to vertex whatever has been loaded so far, and there is
 //! no hole below a root that is loaded.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::selection::camera::Camera;
 use crate::selection::hierarchy::Hierarchy;
@@ -81,7 +81,7 @@ pub fn select<H: Hierarchy>(
 
 /// The level that each node was drawn at, and of those above them the number of their levels.
 fn levels_before<H: Hierarchy>(hierarchy: &H, choices: &[Choice<H::Node>]) -> Before<H::Node> {
-    let mut before = HashMap::new();
+    let mut before = FxHashMap::default();
     for choice in choices {
         before.insert(choice.node, choice.level);
         let mut above = hierarchy.parent(choice.node);

@@ -19,7 +19,7 @@ use serde_json::json;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::ellipsoid::{Geodetic, east_north_up, normal, to_earth_centred, to_geodetic};
-use terrain_tiles::formats::three_d_tiles::TileSurface;
+use terrain_tiles::formats::three_d_tiles::{Packing, TileSurface};
 use terrain_tiles::water::{MASK_SIDE, WATER};
 
 use self::bucket::Bucket;
@@ -145,7 +145,7 @@ impl Ground<'_> {
     fn add(&self, address: TileAddress, bounds: [f64; 4], cut: &mut Cut) -> anyhow::Result<f64> {
         let tile = archive_tiles::tile(self.archive, address)?;
         let beside = stored::tiles_around(self.archive, address)?;
-        let surface = TileSurface::at(&tile, stored::detail(self.archive, &tile), &beside);
+        let surface = TileSurface::at(&tile, stored::detail(self.archive, &tile), &beside, Packing::Plain);
         let lowered = |&position: &DVec3| {
             let Geodetic {
                 longitude,

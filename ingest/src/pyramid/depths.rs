@@ -47,9 +47,11 @@ impl Depths {
             }
         };
         let rasters = raster.extents().into_iter().zip(raster.coarseness());
+        // An underlay may be beside what it is to be around.
+        let there = rasters.filter(|(extent, _)| extent.iter().all(|range| !range.is_empty()));
         Self {
             leaf_zoom,
-            rasters: rasters.map(depth).collect(),
+            rasters: there.map(depth).collect(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The parts of both tilesets, each made on request.
 
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::formats::quantized_mesh::Extensions;
+use terrain_tiles::formats::quantized_mesh::{Extensions, addresses_around};
 use terrain_tiles::formats::three_d_tiles::{self as format, Described, Packing, Squares, TileSurface};
 
 use crate::failure::Failure;
@@ -11,24 +11,24 @@ use crate::tileset::{TileError, Tileset};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Part {
     /// The first document of the explicit tileset.
-    Explicit,
+    Explicit(Packing),
     /// The document below a tile.
-    Document,
+    Document(Packing),
     /// A tile, as far as it is measured.
     Measured(Packing),
     /// The document of the implicit tileset.
-    Implicit,
+    Implicit(Packing),
     /// The subtree below a tile.
     Subtree,
     /// A tile, completed to its whole square.
-    Whole,
+    Whole(Packing),
 }
 
 impl Part {
     pub(crate) fn content_type(self) -> &'static str {
         match self {
-            Self::Explicit | Self::Document | Self::Implicit => "application/json",
-            Self::Measured(_) | Self::Whole => "model/gltf-binary",
+            Self::Explicit(_) | Self::Document(_) | Self::Implicit(_) => "application/json",
+            Self::Measured(_) | Self::Whole(_) => "model/gltf-binary",
             Self::Subtree => "application/octet-stream",
         }
     }
@@ -36,28 +36,28 @@ impl Part {
     /// Changes exactly when the bytes of a part do, or another program is asked; none where there is no such part.
     pub(crate) fn tag(self, tileset: &Tileset, address: TileAddress) -> Option<String> {
         let checksum = tileset.checksum(address);
-        let kind = match self {
-            Self::Explicit => "e",
-            Self::Implicit => "i",
-            Self::Document => "d",
-            Self::Subtree => "s",
-            Self::Measured(Packing::Plain) => "m",
-            Self::Whole => "w",
+        let checksum_of_square = checksum.or_else(|| tileset.has_ground(address).then_some(0));
+        let (kind, packing) = match self {
+            Self::Explicit(packing) => ("e", packing),
+            Self::Implicit(packing) => ("i", packing),
+            Self::Document(packing) => ("d", packing),
+            Self::Subtree => ("s", Packing::Plain),
+            Self::Measured(packing) => ("m", packing),
+            Self::Whole(packing) => ("w", packing),
         };
         let content = match self {
-            Self::Explicit | Self::Implicit => tileset.version.clone(),
-            Self::Document => checksum.map(|_| tileset.version.clone())?,
-            Self::Subtree => checksum
-                .or((address.zoom == 0).then_some(0))
-                .map(|_| tileset.version.clone())?,
+            Self::Explicit(_) | Self::Implicit(_) => tileset.version.clone(),
+            Self::Document(_) => checksum.map(|_| tileset.version.clone())?,
+            Self::Subtree => checksum_of_square.map(|_| tileset.version.clone())?,
             Self::Measured(_) => format!("{:016x}", tileset.checksum_with_surroundings(address, checksum?)),
-            Self::Whole => {
-                let own = checksum.or((address.zoom == 0).then_some(0))?;
-                format!("{:016x}", tileset.checksum_with_surroundings(address, own))
-            }
+            Self::Whole(_) => format!(
+                "{:016x}",
+                tileset.checksum_with_surroundings(address, checksum_of_square?)
+            ),
         };
         Some(format!(
-            "{content}-{kind}-{}",
+            "{content}-{kind}-{}-{}",
+            packing.name(),
             env!("CARGO_PKG_VERSION").replace('.', "-")
         ))
     }
@@ -65,21 +65,31 @@ impl Part {
     /// The bytes of a part. Blocks while it reads and encodes.
     pub(crate) fn bytes(self, tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> {
         match self {
-            Self::Explicit => document(tileset, None),
-            Self::Document => document(tileset, Some(address)),
+            Self::Explicit(packing) => document(tileset, None, packing),
+            Self::Document(packing) => document(tileset, Some(address), packing),
             Self::Measured(packing) => measured(tileset, address, packing),
-            Self::Implicit => Ok(format::tileset(&tileset.version, tileset.metadata())
+            Self::Implicit(packing) => Ok(format::tileset(&query(tileset, packing), tileset.metadata())
                 .to_string()
                 .into_bytes()),
             Self::Subtree => subtree(tileset, address),
-            Self::Whole => whole(tileset, address),
+            Self::Whole(packing) => whole(tileset, address, packing),
         }
     }
 }
 
-fn document(tileset: &Tileset, root: Option<TileAddress>) -> Result<Vec<u8>, TileError> {
+/// What ends the addresses in documents.
+fn query(tileset: &Tileset, packing: Packing) -> String {
+    let version = &tileset.version;
+    match packing {
+        Packing::Plain => format!("?v={version}"),
+        Packing::Meshopt => format!("?v={version}&packing={}", packing.name()),
+    }
+}
+
+fn document(tileset: &Tileset, root: Option<TileAddress>, packing: Packing) -> Result<Vec<u8>, TileError> {
     let describe = |address| describe(tileset, address);
-    let document = format::document(root, Some(&tileset.version), tileset.metadata(), &describe)?;
+    let query = query(tileset, packing);
+    let document = format::document(root, packing, &query, tileset.metadata(), &describe)?;
     document
         .map(|document| document.to_string().into_bytes())
         .ok_or(TileError::Missing)
@@ -95,13 +105,33 @@ fn describe(tileset: &Tileset, address: TileAddress) -> Result<Option<Described>
     Ok(Some(described))
 }
 
+/// Heights and error of what is over a square: of the tile, or of ground beside tiles, which is as high as these are where they meet.
+fn describe_square(tileset: &Tileset, address: TileAddress) -> Result<Option<([f64; 2], f64)>, TileError> {
+    if let Some(described) = describe(tileset, address)? {
+        return Ok(Some((described.heights, described.error)));
+    }
+    if !tileset.has_ground(address) {
+        return Ok(None);
+    }
+    let mut heights = [f64::INFINITY, f64::NEG_INFINITY];
+    for beside in addresses_around(address) {
+        if let Some(Described {
+            heights: [low, high], ..
+        }) = describe(tileset, beside)?
+        {
+            heights = [heights[0].min(low), heights[1].max(high)];
+        }
+    }
+    Ok(Some((heights, 0.0)))
+}
+
 fn measured(tileset: &Tileset, address: TileAddress, packing: Packing) -> Result<Vec<u8>, TileError> {
     let tile = tileset.tile(address)?.ok_or(TileError::Missing)?;
-    let surface = TileSurface::measured(&tile, &tileset.tiles_around(address)?);
+    let surface = TileSurface::measured(&tile, &tileset.tiles_around(address)?, packing);
     glb(tileset, &surface, packing)
 }
 
-fn whole(tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> {
+fn whole(tileset: &Tileset, address: TileAddress, packing: Packing) -> Result<Vec<u8>, TileError> {
     let mesh = tileset.quantized_mesh(
         address,
         Extensions {
@@ -109,7 +139,7 @@ fn whole(tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> 
             ..Extensions::default()
         },
     )?;
-    glb(tileset, &TileSurface::whole_square(&mesh, address), Packing::Plain)
+    glb(tileset, &TileSurface::whole_square(&mesh, address, packing), packing)
 }
 
 fn glb(tileset: &Tileset, surface: &TileSurface, packing: Packing) -> Result<Vec<u8>, TileError> {
@@ -117,10 +147,7 @@ fn glb(tileset: &Tileset, surface: &TileSurface, packing: Packing) -> Result<Vec
 }
 
 fn subtree(tileset: &Tileset, address: TileAddress) -> Result<Vec<u8>, TileError> {
-    let describe = |address| {
-        let described = describe(tileset, address)?;
-        Ok::<_, TileError>(described.map(|described| (described.heights, described.error)))
-    };
+    let describe = |address| describe_square(tileset, address);
     let squares = Squares {
         outside: &tileset.metadata().outside,
         describe,

@@ -4,19 +4,17 @@
 // TERRAIN_SCREENSHOTS: where to leave pictures; CHROMIUM: another browser.
 
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
-import { createServer } from "node:http";
-import { extname, join } from "node:path";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
-import { fromArrayBuffer } from "geotiff";
 import validator from "gltf-validator";
 import { chromium } from "playwright-core";
+import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
+import { offNearby, readDem } from "./dem.mjs";
+import { servePages } from "./pages.mjs";
 
-const HERE = fileURLToPath(new URL(".", import.meta.url));
 const url = process.env.TERRAIN_URL;
 const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
-const TYPES = { ".js": "text/javascript", ".html": "text/html", ".css": "text/css", ".json": "application/json", ".wasm": "application/wasm" };
+const PACKINGS = ["plain", "meshopt"];
 const SETTLE_MILLISECONDS = 100_000;
 
 /** Places on a grid inside the DEM. */
@@ -27,6 +25,7 @@ let name, dem, pages, browser;
 before(async () => {
   assert.ok(url && process.env.TERRAIN_DEM, "set TERRAIN_URL and TERRAIN_DEM");
   [{ name }] = await json(new URL("tilesets", url));
+  await MeshoptDecoder.ready;
   dem = await readDem(process.env.TERRAIN_DEM);
   pages = await servePages();
   browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
@@ -47,24 +46,6 @@ async function bytesOf(address) {
   return new Uint8Array(await response.arrayBuffer());
 }
 
-/** Heights of the source at places: bilinear between samples, undefined beside them. */
-async function readDem(path) {
-  const file = await readFile(path);
-  const image = await (await fromArrayBuffer(file.buffer.slice(file.byteOffset, file.byteOffset + file.length))).getImage();
-  const [west, south, east, north] = image.getBoundingBox();
-  const [samples] = await image.readRasters();
-  const columns = image.getWidth(), rows = image.getHeight();
-  return (longitude, latitude) => {
-    const x = (longitude - west) / (east - west) * columns - 0.5;
-    const y = (north - latitude) / (north - south) * rows - 0.5;
-    if (x < 0 || y < 0 || x > columns - 1 || y > rows - 1) return undefined;
-    const [column, row] = [Math.min(Math.floor(x), columns - 2), Math.min(Math.floor(y), rows - 2)];
-    const at = (dx, dy) => samples[(row + dy) * columns + column + dx];
-    const [u, v] = [x - column, y - row];
-    return (at(0, 0) * (1 - u) + at(1, 0) * u) * (1 - v) + (at(0, 1) * (1 - u) + at(1, 1) * u) * v;
-  };
-}
-
 /** Degrees and metres above WGS 84 of Earth-centred metres, by fixed-point iteration of the latitude. */
 function geodetic([x, y, z]) {
   const a = 6378137, f = 1 / 298.257223563, e2 = f * (2 - f), p = Math.hypot(x, y);
@@ -83,18 +64,33 @@ function placed(glb) {
   const length = view.getUint32(12, true);
   const file = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + length)));
   const [primitive] = file.meshes[0].primitives;
-  const numbers = (index, kind, width) => {
-    const { bufferView, count } = file.accessors[index];
-    const start = glb.byteOffset + 28 + length + file.bufferViews[bufferView].byteOffset;
-    return new kind(glb.buffer.slice(start, start + count * width * kind.BYTES_PER_ELEMENT));
+  const binary = glb.subarray(28 + length);
+  const numbers = (index, width) => {
+    const { bufferView, componentType, count, normalized } = file.accessors[index];
+    const view = file.bufferViews[bufferView];
+    const bytes = decompressed(binary, view);
+    const kind = { 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array }[componentType];
+    const step = (view.byteStride ?? width * kind.BYTES_PER_ELEMENT) / kind.BYTES_PER_ELEMENT;
+    const all = new kind(bytes.buffer);
+    const unit = normalized ? 65535 : 1;
+    return Array.from({ length: count * width }, (_, i) => all[Math.floor(i / width) * step + i % width] / unit);
   };
-  const m = file.nodes[0].matrix, local = numbers(primitive.attributes.POSITION, Float32Array, 3), positions = [];
+  const m = file.nodes[0].matrix, local = numbers(primitive.attributes.POSITION, 3), positions = [];
   for (let i = 0; i < local.length; i += 3) {
     const [x, y, z] = [0, 1, 2].map((k) => m[k] * local[i] + m[4 + k] * local[i + 1] + m[8 + k] * local[i + 2] + m[12 + k]);
     positions.push([x, -z, y]);
   }
-  const kind = file.accessors[primitive.indices].componentType === 5123 ? Uint16Array : Uint32Array;
-  return { positions, indices: numbers(primitive.indices, kind, 1), error: file.asset.extras.certifiedError };
+  return { positions, indices: numbers(primitive.indices, 1), error: file.asset.extras.certifiedError };
+}
+
+/** The bytes of a view, in a buffer of their own. */
+function decompressed(binary, view) {
+  const compressed = view.extensions?.EXT_meshopt_compression;
+  if (compressed === undefined) return binary.slice(view.byteOffset, view.byteOffset + view.byteLength);
+  const bytes = new Uint8Array(compressed.count * compressed.byteStride);
+  const source = binary.subarray(compressed.byteOffset, compressed.byteOffset + compressed.byteLength);
+  MeshoptDecoder.decodeGltfBuffer(bytes, compressed.count, compressed.byteStride, source, compressed.mode, compressed.filter);
+  return bytes;
 }
 
 /** All tiles of the explicit tileset with an address of a file. */
@@ -116,114 +112,113 @@ async function assertValid(address, glb) {
   assert.deepEqual(issues.messages.filter(({ severity }) => severity < 2), [], address.href);
 }
 
-test("every tile of the explicit tileset is valid and within its certified error of the DEM", async () => {
-  let files = 0, points = 0, worst = 0;
-  for await (const { address, tile } of explicitTiles(new URL(`${name}/3d-tiles/tileset.json`, url))) {
-    const glb = await bytesOf(address);
-    await assertValid(address, glb);
-    const { positions, indices, error } = placed(glb);
-    const claimed = tile.metadata.properties.certifiedError;
-    assert.ok(error >= claimed && tile.geometricError >= claimed, address.href);
-    for (let i = 0; i < indices.length; i += 3) {
-      for (const [a, b, c] of [[1 / 3, 1 / 3, 1 / 3], [0.8, 0.1, 0.1], [0, 0.5, 0.5]]) {
-        const [p, q, r] = [0, 1, 2].map((k) => positions[indices[i + k]]);
-        const [longitude, latitude, height] = geodetic([0, 1, 2].map((k) => a * p[k] + b * q[k] + c * r[k]));
-        const expected = dem(longitude, latitude);
-        if (expected === undefined) continue;
-        const off = Math.abs(height - expected);
-        assert.ok(off <= error + 1e-6, `${address.href}: ${off} m off, ${error} m claimed, at ${longitude}, ${latitude}`);
-        worst = Math.max(worst, off / error);
-        points++;
+for (const packing of PACKINGS) {
+  test(`every ${packing} tile of the explicit tileset is valid and within its certified error of the DEM`, async () => {
+    let files = 0, untold = 0, points = 0, worst = 0;
+    for await (const { address, tile } of explicitTiles(new URL(`${name}/3d-tiles/tileset.json?packing=${packing}`, url))) {
+      const glb = await bytesOf(address);
+      await assertValid(address, glb);
+      const { positions, indices, error } = placed(glb);
+      const { certifiedError, rounding } = tile.metadata.properties;
+      assert.ok(tile.geometricError >= certifiedError + rounding, address.href);
+      assert.ok(error === null || error >= certifiedError, address.href);
+      for (let i = 0; i < indices.length; i += 3) {
+        for (const [a, b, c] of [[1 / 3, 1 / 3, 1 / 3], [0.8, 0.1, 0.1], [0, 0.5, 0.5]]) {
+          const [p, q, r] = [0, 1, 2].map((k) => positions[indices[i + k]]);
+          const [longitude, latitude, height] = geodetic([0, 1, 2].map((k) => a * p[k] + b * q[k] + c * r[k]));
+          const expected = dem(longitude, latitude);
+          if (expected === undefined) continue;
+          const off = Math.abs(height - expected);
+          assert.ok(error === null || off <= error + 1e-6, `${address.href}: ${off} m off, ${error} m claimed, at ${longitude}, ${latitude}`);
+          const inSpace = offNearby(dem, longitude, latitude, height, rounding);
+          assert.ok(inSpace <= certifiedError + rounding + 1e-6, `${address.href}: ${inSpace} m off at ${longitude}, ${latitude}`);
+          worst = Math.max(worst, inSpace / (certifiedError + rounding));
+          points++;
+        }
       }
+      files++;
+      if (error === null) untold++;
     }
-    files++;
-  }
-  console.log(`${files} files, ${points} points, worst ${worst.toFixed(3)} of the claim`);
-  assert.ok(files > 10 && points > 10_000);
-});
+    console.log(`${packing}: ${files} files, ${untold} of them tell no error along the vertical; ${points} points, worst ${worst.toFixed(3)} of the claim`);
+    assert.ok(files > 10 && points > 10_000);
+  });
 
-test("every tile of the implicit tileset is valid", async () => {
-  const [{ metadata }] = await json(new URL("tilesets", url));
-  for (const { zoom, available } of metadata.zooms) {
-    for (const [startX, startY, endX, endY] of zoom === 0 ? [[0, 0, 1, 0]] : available) {
-      for (let x = startX; x <= endX; x++) {
-        for (let y = startY; y <= endY; y++) {
-          const columns = 2 ** zoom;
-          const path = `${name}/3d-terrain/${Math.floor(x / columns)}/${zoom}/${x % columns}/${y}.glb`;
-          await assertValid(new URL(path, url), await bytesOf(new URL(path, url)));
+  test(`every ${packing} tile of the implicit tileset is valid`, async () => {
+    const [{ metadata }] = await json(new URL("tilesets", url));
+    for (const { zoom, available } of metadata.zooms) {
+      for (const [startX, startY, endX, endY] of zoom === 0 ? [[0, 0, 1, 0]] : available) {
+        for (let x = startX; x <= endX; x++) {
+          for (let y = startY; y <= endY; y++) {
+            const columns = 2 ** zoom;
+            const path = `${name}/3d-terrain/${Math.floor(x / columns)}/${zoom}/${x % columns}/${y}.glb?packing=${packing}`;
+            await assertValid(new URL(path, url), await bytesOf(new URL(path, url)));
+          }
         }
       }
     }
-  }
-});
-
-/** The pages beside this file, and packages. */
-async function servePages() {
-  const server = createServer(async (request, response) => {
-    const path = join(HERE, "..", decodeURIComponent(new URL(request.url, "http://here").pathname));
-    const bytes = await readFile(path).catch(() => undefined);
-    response.writeHead(bytes ? 200 : 404, { "content-type": TYPES[extname(path)] ?? "application/octet-stream" });
-    response.end(bytes);
   });
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
-  return server;
 }
 
 /** Opens a page on a tileset and waits until it says that it has all it needs. */
-async function open(file, tileset) {
+async function open(file, tileset, packing) {
   const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
   const complaints = [];
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(error.message));
   const address = new URL(`http://127.0.0.1:${pages.address().port}/test/${file}`);
-  address.searchParams.set("tileset", new URL(`${name}/${tileset}/tileset.json`, url));
+  address.searchParams.set("tileset", new URL(`${name}/${tileset}/tileset.json?packing=${packing}`, url));
   address.searchParams.set("view", "-84.27,36.30");
   await page.goto(address.href);
   await page.waitForFunction("window.ready?.()", undefined, { timeout: SETTLE_MILLISECONDS }).catch((error) => {
     throw new Error(`${file}: ${error.message}; ${complaints.join("; ")}`);
   });
   await page.waitForTimeout(1000);
-  if (process.env.TERRAIN_SCREENSHOTS) await page.screenshot({ path: join(process.env.TERRAIN_SCREENSHOTS, `${file}-${tileset}.png`) });
+  if (process.env.TERRAIN_SCREENSHOTS) await page.screenshot({ path: join(process.env.TERRAIN_SCREENSHOTS, `${file}-${tileset}-${packing}.png`) });
   return { page, complaints };
 }
 
-function assertNear(heights, allowed) {
+/** Heights may be off by what is certified of the finest tiles, by how far rounding moved them, and by what is added. */
+async function assertNear(heights, packing, added) {
+  const [{ metadata }] = await json(new URL("tilesets", url));
+  let claimed = 0, rounding = 0;
+  for await (const { address, tile } of explicitTiles(new URL(`${name}/3d-tiles/tileset.json?packing=${packing}`, url))) {
+    if (!address.pathname.includes(`/3d-tiles/${metadata.max_zoom}/`)) continue;
+    claimed = Math.max(claimed, tile.metadata.properties.certifiedError);
+    rounding = tile.metadata.properties.rounding;
+  }
+  const allowed = claimed + rounding + added;
   let worst = 0;
   for (const [i, [longitude, latitude]] of PLACES.entries()) {
-    const off = Math.abs(heights[i] - dem(longitude, latitude));
+    const off = offNearby(dem, longitude, latitude, heights[i], rounding);
     assert.ok(off <= allowed, `${off} m off at ${longitude}, ${latitude}; ${allowed} m allowed`);
     worst = Math.max(worst, off);
   }
-  console.log(`${worst.toFixed(2)} m off at most, ${allowed.toFixed(2)} m allowed`);
+  console.log(`${packing}: ${worst.toFixed(2)} m off at most, ${allowed.toFixed(2)} m allowed`);
 }
 
-/** What is certified of the finest tiles. */
-async function finestError() {
-  const [{ metadata }] = await json(new URL("tilesets", url));
-  return metadata.zooms.at(-1).finest_error;
+for (const packing of PACKINGS) {
+  test(`CesiumJS's globe takes the implicit tileset, ${packing}, and samples heights within the claim`, async () => {
+    const { page, complaints } = await open("cesium.html", "3d-terrain", packing);
+    const heights = await page.evaluate((places) => window.sample(places), PLACES);
+    // Heights of the globe are rounded as quantized-mesh is.
+    await assertNear(heights, packing, 0.5);
+    assert.deepEqual(complaints, []);
+    await page.close();
+  });
+
+  test(`CesiumJS draws the explicit tileset, ${packing}, and samples heights within the claim`, async () => {
+    const { page, complaints } = await open("cesium.html", "3d-tiles", packing);
+    const heights = await page.evaluate((places) => window.sample(places), PLACES);
+    await assertNear(heights, packing, 0.01);
+    assert.deepEqual(complaints, []);
+    await page.close();
+  });
+
+  test(`three.js draws the explicit tileset, ${packing}, by 3d-tiles-renderer, and a ray meets it within the claim`, async () => {
+    const { page, complaints } = await open("three.html", "3d-tiles", packing);
+    const heights = await page.evaluate((places) => window.sample(places), PLACES);
+    await assertNear(heights, packing, 0.05);
+    assert.deepEqual(complaints, []);
+    await page.close();
+  });
 }
-
-test("CesiumJS's globe takes the implicit tileset, and samples heights within the claim", async () => {
-  const { page, complaints } = await open("cesium.html", "3d-terrain");
-  const heights = await page.evaluate((places) => window.sample(places), PLACES);
-  // Heights of the globe are rounded as quantized-mesh is.
-  assertNear(heights, await finestError() + 0.5);
-  assert.deepEqual(complaints, []);
-  await page.close();
-});
-
-test("CesiumJS draws the explicit tileset, and samples heights within the claim", async () => {
-  const { page, complaints } = await open("cesium.html", "3d-tiles");
-  const heights = await page.evaluate((places) => window.sample(places), PLACES);
-  assertNear(heights, await finestError() + 0.01);
-  assert.deepEqual(complaints, []);
-  await page.close();
-});
-
-test("three.js draws the explicit tileset by 3d-tiles-renderer, and a ray meets it within the claim", async () => {
-  const { page, complaints } = await open("three.html", "3d-tiles");
-  const heights = await page.evaluate((places) => window.sample(places), PLACES);
-  assertNear(heights, await finestError() + 0.05);
-  assert.deepEqual(complaints, []);
-  await page.close();
-});

@@ -7,15 +7,18 @@
 //!
 //! `docs/formats/3d-tiles.md` tells what is in them, and why there are two.
 
+mod compressed;
 mod explicit;
 mod glb;
 mod implicit;
+mod packing;
 mod region;
 mod surface;
 
 pub use explicit::{DOCUMENT_ZOOMS, Described, document};
-pub use glb::{Packing, file};
+pub use glb::file;
 pub use implicit::{SUBTREE_LEVELS, Squares, subtree, tileset};
+pub use packing::Packing;
 pub use surface::TileSurface;
 
 #[cfg(test)]

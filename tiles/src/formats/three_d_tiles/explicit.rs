@@ -6,6 +6,7 @@
 
 use serde_json::{Value, json};
 
+use super::Packing;
 use super::region::Region;
 use crate::address::TileAddress;
 use crate::formats::{DecodeError, LevelLimits, spt};
@@ -37,19 +38,21 @@ impl Described {
     }
 }
 
-/// The document whose root is the tile at `root`, or both roots of the Earth; none where there is no tile. `version`, if one is given, becomes part
-/// of every address. `describe` tells of a tile, if there is one.
+/// The document whose root is the tile at `root`, or both roots of the Earth; none where there is no tile. Its tiles' files are in
+/// `packing`; `query` ends every address. `describe` tells of a tile, if there is one.
 ///
 /// # Errors
 /// What `describe` says.
 pub fn document<E>(
     root: Option<TileAddress>,
-    version: Option<&str>,
+    packing: Packing,
+    query: &str,
     metadata: &Metadata,
     describe: &impl Fn(TileAddress) -> Result<Option<Described>, E>,
 ) -> Result<Option<Value>, E> {
     let writer = Writer {
-        version,
+        packing,
+        query,
         metadata,
         first_zoom: root.map_or(0, |root| root.zoom),
         describe,
@@ -83,15 +86,22 @@ fn extras(metadata: &Metadata) -> Value {
 fn schema() -> Value {
     json!({
         "id": "terrain",
-        "classes": { "tile": { "properties": { "certifiedError": {
-            "type": "SCALAR", "componentType": "FLOAT64", "required": true,
-            "description": "Largest distance in metres along the vertical between this tile's surface and the source",
-        } } } },
+        "classes": { "tile": { "properties": {
+            "certifiedError": {
+                "type": "SCALAR", "componentType": "FLOAT64", "required": true,
+                "description": "Largest distance in metres along the vertical between this tile's surface and the source",
+            },
+            "rounding": {
+                "type": "SCALAR", "componentType": "FLOAT64", "required": true,
+                "description": "Largest distance in metres by which rounding in the file moves a place of this surface",
+            },
+        } } },
     })
 }
 
 struct Writer<'a, F> {
-    version: Option<&'a str>,
+    packing: Packing,
+    query: &'a str,
     metadata: &'a Metadata,
     first_zoom: u8,
     describe: &'a F,
@@ -139,15 +149,17 @@ where
         } else {
             self.tiles(&address.children())?
         };
-        let error = children.iter().map(|child| child.error).fold(described.error, f64::max);
-        let own = self.region(address, described).radians();
-        let region = union(children.iter().map(|child| child.region).chain([own])).unwrap_or(own);
+        let rounding = self.packing.rounding(address);
+        let own = described.error + rounding;
+        let error = children.iter().map(|child| child.error).fold(own, f64::max);
+        let region = self.region(address, described).radians();
+        let region = union(children.iter().map(|child| child.region).chain([region])).unwrap_or(region);
         let ending = if is_stub { "json" } else { "glb" };
         let mut value = json!({
             "boundingVolume": { "region": region },
             "geometricError": error,
             "content": { "uri": self.uri(address, ending) },
-            "metadata": { "class": "tile", "properties": { "certifiedError": described.error } },
+            "metadata": { "class": "tile", "properties": { "certifiedError": described.error, "rounding": rounding } },
         });
         if !children.is_empty() {
             value["children"] = children.into_iter().map(|child| child.value).collect();
@@ -158,17 +170,19 @@ where
     /// From this document, which is at `tileset.json` or at `z/x/y.json`.
     fn uri(&self, address: TileAddress, ending: &str) -> String {
         let up = if self.first_zoom == 0 { "" } else { "../../" };
-        let query = self.version.map(|version| format!("?v={version}")).unwrap_or_default();
-        format!("{up}{address}.{ending}{query}")
+        format!("{up}{address}.{ending}{}", self.query)
     }
 
-    /// The surface is nowhere lower than the source by more than its error, nor than its vertices by more than triangles dip.
+    /// The surface is nowhere lower than the source by more than its error, nor than its vertices by more than triangles dip; rounding
+    /// moves it.
     fn region(&self, address: TileAddress, described: Described) -> Region {
         let [low, high] = described.heights;
         let lowest = self.metadata.heights[0] - described.error;
+        let lowest = (low - Region::dip(address)).max(lowest.min(low));
+        let rounding = self.packing.rounding(address);
         Region {
             address,
-            heights: [(low - Region::dip(address)).max(lowest.min(low)), high],
+            heights: [lowest - rounding, high + rounding],
         }
     }
 }

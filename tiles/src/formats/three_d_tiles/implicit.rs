@@ -22,9 +22,9 @@ pub struct Squares<'a, F> {
     pub describe: F,
 }
 
-/// `tileset.json`; `version` becomes part of every address.
+/// `tileset.json`; `query` ends every address.
 #[must_use]
-pub fn tileset(version: &str, metadata: &Metadata) -> Value {
+pub fn tileset(query: &str, metadata: &Metadata) -> Value {
     // Zooms 0 to the last; at least one subtree's root must be there.
     let levels = u32::from(metadata.max_zoom) + 1;
     let pi = std::f64::consts::PI;
@@ -33,12 +33,12 @@ pub fn tileset(version: &str, metadata: &Metadata) -> Value {
         json!({
             "boundingVolume": { "region": region(west, west + pi, metadata) },
             "geometricError": error_of_zoom(0),
-            "content": { "uri": format!("{number}/{{level}}/{{x}}/{{y}}.glb?v={version}") },
+            "content": { "uri": format!("{number}/{{level}}/{{x}}/{{y}}.glb{query}") },
             "implicitTiling": {
                 "subdivisionScheme": "QUADTREE",
                 "subtreeLevels": SUBTREE_LEVELS,
                 "availableLevels": levels,
-                "subtrees": { "uri": format!("{number}/{{level}}/{{x}}/{{y}}.subtree?v={version}") },
+                "subtrees": { "uri": format!("{number}/{{level}}/{{x}}/{{y}}.subtree{query}") },
             },
         })
     };

@@ -2,13 +2,11 @@
 
 use glam::DVec3;
 
+use super::packing::{Packing, half_diagonal};
 use crate::address::TileAddress;
 use crate::ellipsoid::{normal, to_earth_centred};
 use crate::formats::quantized_mesh::{QuantizedMesh, oct_decode, shared_normals};
 use crate::tile::{Detail, Tile};
-
-/// Finer than by a 2^11th of a metre positions are never told: a tile of 8 km with all its relief then fits in single precision.
-const FINEST_STEP_ZOOM: u8 = 11;
 
 /// A surface in space whose positions are whole numbers of [`TileSurface::step`] from the Earth's centre: tiles of one zoom have them
 /// from one lattice, and meet without a crack.
@@ -32,16 +30,16 @@ pub struct TileSurface {
 impl TileSurface {
     /// The finest surface of `tile`, no more. Normals along its sides are made from `beside`, too: the tiles around it that there are.
     #[must_use]
-    pub fn measured(tile: &Tile, beside: &[Tile]) -> Self {
-        Self::at(tile, tile.finest(), beside)
+    pub fn measured(tile: &Tile, beside: &[Tile], packing: Packing) -> Self {
+        Self::at(tile, tile.finest(), beside, packing)
     }
 
     /// The surface of `tile` at another detail.
     #[must_use]
-    pub fn at(tile: &Tile, detail: Detail, beside: &[Tile]) -> Self {
+    pub fn at(tile: &Tile, detail: Detail, beside: &[Tile], packing: Packing) -> Self {
         let mesh = tile.surface(detail);
         let exact: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
-        let step = step(tile.address);
+        let step = packing.step(tile.address);
         let ups: Vec<DVec3> = mesh
             .positions
             .iter()
@@ -65,11 +63,11 @@ impl TileSurface {
 
     /// All of the square at `address`, as `mesh` completes it.
     #[must_use]
-    pub fn whole_square(mesh: &QuantizedMesh, address: TileAddress) -> Self {
+    pub fn whole_square(mesh: &QuantizedMesh, address: TileAddress, packing: Packing) -> Self {
         let places = (0..mesh.vertices.len()).map(|index| mesh.geodetic(address, index));
         let exact: Vec<DVec3> = places.map(to_earth_centred).collect();
         let normals = mesh.normals.iter().flatten().map(|&bytes| oct_decode(bytes));
-        let step = step(address);
+        let step = packing.step(address);
         Self {
             step,
             positions: rounded(&exact, step),
@@ -80,8 +78,14 @@ impl TileSurface {
         }
     }
 
-    /// How far along the vertical rounding may have moved a triangle: half a step's diagonal across it, which is more the steeper it
-    /// is. `ups` are the ellipsoid's normals at the vertices.
+    /// How far in space rounding may have moved a place, metres.
+    #[must_use]
+    pub fn rounding(&self) -> f64 {
+        half_diagonal(self.step)
+    }
+
+    /// How far along the vertical rounding may have moved a triangle: as far across it, which is more the steeper it is. `ups` are the
+    /// ellipsoid's normals at the vertices.
     fn rounding_error(&self, ups: &[DVec3]) -> f64 {
         let upwards = |&[a, b, c]: &[u32; 3]| {
             let [p, q, r] = [a, b, c].map(|vertex| self.positions[vertex as usize]);
@@ -89,13 +93,8 @@ impl TileSurface {
             across.dot(ups[a as usize])
         };
         let flattest = self.triangles.iter().map(upwards).fold(1.0, f64::min);
-        self.step * 3.0_f64.sqrt() / 2.0 / flattest.max(0.0)
+        self.rounding() / flattest.max(0.0)
     }
-}
-
-/// A metre at zoom 0, halved a zoom downwards.
-fn step(address: TileAddress) -> f64 {
-    (-f64::from(address.zoom.min(FINEST_STEP_ZOOM))).exp2()
 }
 
 fn rounded(exact: &[DVec3], step: f64) -> Vec<DVec3> {

@@ -1,0 +1,68 @@
+// Raster tiles of heights of a running server in MapLibre, in headless Chromium: its terrain, and contour lines.
+// TERRAIN_URL: the server's address; TERRAIN_DEM: the raster, in WGS 84 degrees, that its first archive was made of;
+// TERRAIN_SCREENSHOTS: where to leave pictures; CHROMIUM: another browser.
+
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { launch, quietPage } from "./browser.mjs";
+import { offNearby, readDem } from "./dem.mjs";
+import { servePages } from "./pages.mjs";
+
+const url = process.env.TERRAIN_URL;
+const SETTLE_MILLISECONDS = 100_000;
+const VIEW = [-84.25, 36.3];
+/** Places on a grid around the middle of the view. */
+const PLACES = Array.from({ length: 25 }, (_, i) => [VIEW[0] + 0.02 * (i % 5 - 2), VIEW[1] + 0.02 * (Math.floor(i / 5) - 2)]);
+/** Metres from contour line to contour line. */
+const STEP = 100;
+
+let name, dem, pages, browser;
+
+before(async () => {
+  assert.ok(url && process.env.TERRAIN_DEM, "set TERRAIN_URL and TERRAIN_DEM");
+  [{ name }] = await json(new URL("tilesets", url));
+  [dem, pages, browser] = await Promise.all([readDem(process.env.TERRAIN_DEM), servePages(), launch()]);
+});
+
+after(async () => {
+  await browser?.close();
+  pages?.close();
+});
+
+async function json(address) {
+  return (await fetch(address)).json();
+}
+
+for (const encoding of ["terrarium", "mapbox"]) {
+  test(`MapLibre has ${encoding} terrain of 512 pixels as lossless WebP, and contours of it, within the claim`, async () => {
+    const tiles = new URL(`${name}/${encoding}.json?size=512&format=webp`, url);
+    const { tileSize, tiles: [template], maxzoom, zooms } = await json(tiles);
+    assert.ok(tileSize === 512 && template.includes(".webp"), template);
+    const { error, quantum } = zooms[maxzoom];
+    const pixel = 40_075_017 * Math.cos(VIEW[1] * Math.PI / 180) / 2 ** maxzoom / tileSize;
+    const complaints = [], page = await quietPage(browser, complaints);
+    const address = new URL(`http://127.0.0.1:${pages.address().port}/test/maplibre.html`);
+    for (const [key, value] of Object.entries({ tiles, view: VIEW, step: STEP })) address.searchParams.set(key, value);
+    await page.goto(address.href);
+    await page.waitForFunction("window.ready?.()", undefined, { timeout: SETTLE_MILLISECONDS }).catch((error) => {
+      throw new Error(`${error.message}; ${complaints.join("; ")}`);
+    });
+    if (process.env.TERRAIN_SCREENSHOTS) await page.screenshot({ path: join(process.env.TERRAIN_SCREENSHOTS, `maplibre-${encoding}.png`) });
+    const heights = await page.evaluate((places) => window.sample(places), PLACES);
+    const sampled = PLACES.map(([x, y], i) => [x, y, heights[i]]);
+    const lines = (await page.evaluate(() => window.contours())).filter(([x, y]) => dem(x, y) !== undefined);
+    // Between pixels MapLibre interpolates: a height is that of a place less than a pixel away.
+    for (const [what, places] of Object.entries({ sampled, lines })) {
+      const offs = places.map(([x, y, height]) => offNearby(dem, x, y, height, pixel));
+      const worst = Math.max(...offs);
+      console.log(`${encoding}: ${places.length} places of ${what}, ${worst.toFixed(2)} m off at most, ${(error + quantum / 2).toFixed(2)} m allowed`);
+      assert.ok(worst <= error + quantum / 2, `${what}: ${places[offs.indexOf(worst)]} is ${worst} m off`);
+    }
+    assert.ok(lines.length > 1000 && lines.every(([, , height]) => height % STEP === 0), `${lines.length} vertices of contours`);
+    // Beside the data there are no tiles: maplibre-contour leaves a tile without lines that has a neighbour missing, and says just "Error".
+    const isOfMissingTile = (text) => text === "Error" || text.includes("404 (Not Found)");
+    assert.deepEqual(complaints.filter((text) => !isOfMissingTile(text)), []);
+    await page.close();
+  });
+}
