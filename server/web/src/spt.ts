@@ -305,7 +305,7 @@ function endsOf(entries: readonly Entry[], start: number): number[] {
 /** Levels as far as they were decoded: one that is cut has the error of the one before, those missing the same. */
 function levelsOf(levels: readonly Level[], whole: number, decoded: Levels): Level[] {
   const last = {
-    vertexEnd: decoded.madeAt.length,
+    vertexEnd: decoded.representatives.length,
     triangleEnd: decoded.corners.length / 3,
     error: levels[whole - 1]?.error ?? Infinity,
   };
@@ -314,20 +314,16 @@ function levelsOf(levels: readonly Level[], whole: number, decoded: Levels): Lev
 
 /** The arrays of a tile; heights become metres. */
 function tileOf(header: Header, levels: readonly Level[], whole: number, decoded: Levels): Tile {
-  const positions = new Float64Array(3 * (decoded.madeAt.length + decoded.restored.length));
-  for (const [points, start] of [[decoded.madeAt, 0], [decoded.restored, 3 * decoded.madeAt.length]] as const) {
-    points.forEach(([x, y, height], at) => {
-      positions[start + 3 * at] = x;
-      positions[start + 3 * at + 1] = y;
-      positions[start + 3 * at + 2] = height * header.heightStep;
-    });
-  }
+  const positions = new Float64Array(decoded.madeAt.length + decoded.restored.length);
+  positions.set(decoded.madeAt);
+  positions.set(decoded.restored, decoded.madeAt.length);
+  for (let at = 2; at < positions.length; at += 3) positions[at]! *= header.heightStep;
   return {
     address: header.address,
     extentBits: header.extentBits,
     levels: levelsOf(levels, whole, decoded),
     positions,
-    representatives: Uint32Array.from(decoded.representatives),
-    corners: Uint32Array.from(decoded.corners),
+    representatives: decoded.representatives.slice(),
+    corners: decoded.corners.slice(),
   };
 }
