@@ -87,6 +87,7 @@ export class TerrainLayer {
   readonly box: THREE.Box3;
   readonly uniforms: SharedUniforms;
   private readonly store: TileStore;
+  private readonly morph = new Morph<Choice>((address) => this.store.get(address));
   private readonly normals: SquareRasters<SquareRaster>;
   private pictures: SquareRasters<Picture> | undefined;
   private settings = DEFAULT_SETTINGS;
@@ -364,7 +365,7 @@ export class TerrainLayer {
   private show(choices: readonly Choice[], camera: Camera): void {
     const before = this.shown;
     this.shown = new Map(choices.map((choice) => [keyOf(choice.address), choice]));
-    const moving = new Morph<Choice>((address) => this.store.get(address)).between(before, this.shown);
+    const moving = this.morph.between(before, this.shown);
     this.drawn = new Map(moving.map(({ address, before, after }) => [keyOf(address), { address, error: Math.max(before.error, after.error) }]));
     const hidden = new Set(moving.map(({ after }) => keyOf(after.address)));
     for (const [key, choice] of this.shown) {

@@ -234,7 +234,10 @@ export class TileMesh {
 
   private draw(from: Uint32Array, to: Uint32Array, triangles: number): void {
     const texels = this.places.image.data as Uint32Array;
-    for (let vertex = 0; vertex < to.length; vertex++) texels.set([to[vertex]!, from[vertex]!], 2 * vertex);
+    for (let vertex = 0; vertex < to.length; vertex++) {
+      texels[2 * vertex] = to[vertex]!;
+      texels[2 * vertex + 1] = from[vertex]!;
+    }
     this.places.needsUpdate = true;
     this.drawTriangles(triangles);
   }
@@ -255,19 +258,35 @@ class SpotTextures {
   readonly inSquare: Float32Array<ArrayBuffer>;
   readonly positions: THREE.DataTexture;
   readonly squares: THREE.DataTexture;
+  private readonly count: number;
 
+  /** Of a tile's spots; behind those that `own` has, where it is given. */
   constructor(
-    private readonly spots: readonly Spot[],
+    spots: readonly Spot[],
     private readonly address: Address,
     private readonly centre: THREE.Vector3,
+    own?: SpotTextures,
   ) {
-    this.texels = padded(Float32Array, 4 * spots.length, 4);
-    this.inSquare = padded(Float32Array, 2 * spots.length, 2);
-    const [[west, south], degrees] = [tileBounds(address), degreesOf(address.zoom)];
-    spots.forEach(({ longitude, latitude, height, position }, at) => {
-      this.texels.set([position.x - centre.x, position.y - centre.y, position.z - centre.z, height], 4 * at);
-      this.inSquare.set([(longitude - west) / degrees, (latitude - south) / degrees], 2 * at);
-    });
+    const first = own?.count ?? 0;
+    this.count = first + spots.length;
+    this.texels = padded(Float32Array, 4 * this.count, 4);
+    this.inSquare = padded(Float32Array, 2 * this.count, 2);
+    if (own !== undefined) {
+      this.texels.set(own.texels.subarray(0, 4 * first));
+      this.inSquare.set(own.inSquare.subarray(0, 2 * first));
+    }
+    const [west, south] = tileBounds(address);
+    const degrees = degreesOf(address.zoom);
+    for (let at = 0; at < spots.length; at++) {
+      const { longitude, latitude, height, position } = spots[at]!;
+      const [texel, square] = [4 * (first + at), 2 * (first + at)];
+      this.texels[texel] = position.x - centre.x;
+      this.texels[texel + 1] = position.y - centre.y;
+      this.texels[texel + 2] = position.z - centre.z;
+      this.texels[texel + 3] = height;
+      this.inSquare[square] = (longitude - west) / degrees;
+      this.inSquare[square + 1] = (latitude - south) / degrees;
+    }
     this.positions = dataTexture(this.texels, THREE.RGBAFormat, THREE.FloatType, "RGBA32F", 4);
     this.squares = dataTexture(this.inSquare, THREE.RGFormat, THREE.FloatType, "RG32F", 2);
   }
@@ -278,7 +297,7 @@ class SpotTextures {
 
   /** The same and others behind them. */
   with(others: readonly Spot[]): SpotTextures {
-    return new SpotTextures([...this.spots, ...others], this.address, this.centre);
+    return new SpotTextures(others, this.address, this.centre, this);
   }
 
   dispose(): void {
