@@ -31,6 +31,10 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   connectRange("pixels", (maxPixels) => views.set({ maxPixels }), " px");
   connectRange("exaggeration", (exaggeration) => views.set({ exaggeration }), " ×");
   connectSwitch("contours", "KeyC", (contours) => views.set({ contours }));
+  connectSwitch("filled", "KeyV", (filled) => {
+    views.set({ filled });
+    showFilledLegend();
+  });
   connectSwitch("light", "KeyL", (detailedLight) => views.set({ detailedLight }));
   input("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
   connectSwitch("dark", "KeyB", (isDark) => (document.documentElement.style.colorScheme = isDark ? "dark" : "light"));
@@ -55,7 +59,14 @@ function connectStyles(views: Views): void {
   select.addEventListener("input", () => {
     views.set({ style: select.selectedIndex });
     showLegend(select.selectedIndex, heights);
+    showFilledLegend();
   });
+}
+
+/** Wherever filled ground is told apart. */
+function showFilledLegend(): void {
+  const isErrorStyle = STYLES[element("style", HTMLSelectElement).selectedIndex] === "Certified error";
+  element("legend-filled", HTMLElement).hidden = !isErrorStyle && !input("filled").checked;
 }
 
 /** The address of the page names the imagery, and whose it is if that is known. */
@@ -161,7 +172,7 @@ export function showStats({ tiles, triangles, zooms, bytes, normalsBytes, imager
   setText("tiles", tiles.toLocaleString("en"));
   setText("triangles", triangles.toLocaleString("en"));
   setText("zooms", zooms === undefined ? "–" : [...new Set(zooms)].join(" – "));
-  setText("error", middle === undefined ? "–" : `± ${formatMetres(middle.error)}`);
+  setText("error", middle === undefined ? "–" : errorOf(middle));
   setText("bytes", `${megabytes(bytes)} + ${megabytes(normalsBytes + imageryBytes)} MB`);
 }
 
@@ -179,7 +190,13 @@ export function showPlace(ground: GroundPoint | undefined, datum: string, beside
   setText("place", `${at}: ${heightOf(ground)} above ${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
 }
 
-const heightOf = ({ height, error }: GroundPoint) => `${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)}`;
+function heightOf(ground: GroundPoint): string {
+  const metres = ground.height.toFixed(ground.error !== undefined && ground.error < 1 ? 2 : 1);
+  return ground.error === undefined ? `${metres} m (filled)` : `${metres} ${errorOf(ground)}`;
+}
+
+/** Of ground that was filled, nothing is certified. */
+const errorOf = ({ error }: GroundPoint) => (error === undefined ? "filled" : `± ${formatMetres(error)}`);
 
 /** Shows how long so much of the middle of the view is, and where north is. */
 export function showBearings(metresPerPixel: number | undefined, azimuth: number): void {

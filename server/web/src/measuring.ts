@@ -106,7 +106,7 @@ export class Measuring {
     const [first, last] = [this.profile[0]!, this.profile.at(-1)!];
     const rise = first.height !== undefined && last.height !== undefined ? last.height - first.height : undefined;
     const parts = [`Length ${metres(length)}`];
-    if (rise !== undefined) parts.push(`height difference ${rise < 0 ? "−" : "+"}${Math.abs(rise).toFixed(1)} ± ${(first.error! + last.error!).toFixed(1)} m`);
+    if (rise !== undefined) parts.push(`height difference ${rise < 0 ? "−" : "+"}${Math.abs(rise).toFixed(1)} ${doubt(first, last)}`);
     if (this.corners.length > 2) parts.push(`area ${squareMetres(area(this.corners))}`);
     return parts.join(" · ");
   }
@@ -120,8 +120,8 @@ export class Measuring {
     const column = (value: (point: ProfilePoint) => number | undefined) => this.profile.map((point) => value(point) ?? null);
     const data = [
       this.profile.map(({ distance }) => distance / 1000),
-      column(({ height, error }) => height === undefined ? undefined : height + error!),
-      column(({ height, error }) => height === undefined ? undefined : height - error!),
+      column(({ height, error }) => (height === undefined || error === undefined ? undefined : height + error)),
+      column(({ height, error }) => (height === undefined || error === undefined ? undefined : height - error)),
       column(({ height }) => height),
     ];
     this.chart = new uPlot(this.chartOptions(holder), data as uPlot.AlignedData, holder);
@@ -150,6 +150,12 @@ export class Measuring {
     this.lines.markAt(index == null ? undefined : this.grounds[index]?.position);
     this.viewer.redraw();
   }
+}
+
+/** How far the difference of two heights may be off, where both were measured. */
+function doubt(first: ProfilePoint, last: ProfilePoint): string {
+  const isMeasured = first.error !== undefined && last.error !== undefined;
+  return isMeasured ? `± ${(first.error + last.error).toFixed(1)} m` : "m (filled ground)";
 }
 
 const metres = (length: number) => (length < 1000 ? `${length.toFixed(1)} m` : `${(length / 1000).toFixed(3)} km`);

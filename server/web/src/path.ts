@@ -19,7 +19,7 @@ export interface Waypoint extends Place {
 export interface ProfilePoint extends Waypoint {
   /** Metres. */
   readonly height: number | undefined;
-  /** Certified, metres. */
+  /** Certified, metres; none where the ground was filled. */
   readonly error: number | undefined;
 }
 
@@ -57,9 +57,12 @@ export function along(corners: readonly Place[], count: number): Waypoint[] {
 /** A table with one row a place. */
 export function csvOf(profile: readonly ProfilePoint[]): string {
   const rows = profile.map(({ distance, longitude, latitude, height, error }) =>
-    [distance.toFixed(2), longitude.toFixed(7), latitude.toFixed(7), height?.toFixed(2) ?? "", error === undefined ? "" : roundedUp(error)].join(","),
+    [
+      distance.toFixed(2), longitude.toFixed(7), latitude.toFixed(7), height?.toFixed(2) ?? "", error === undefined ? "" : roundedUp(error),
+      height === undefined ? "void" : error === undefined ? "filled" : "measured",
+    ].join(","),
   );
-  return ["distance_m,longitude,latitude,height_m,certified_error_m", ...rows, ""].join("\r\n");
+  return ["distance_m,longitude,latitude,height_m,certified_error_m,status", ...rows, ""].join("\r\n");
 }
 
 /** The path as a line of three coordinates a place, and its figures. Places without ground are left out. */
@@ -75,7 +78,7 @@ export function geoJsonOf(profile: readonly ProfilePoint[], corners: readonly Pl
       length_m: round(profile.at(-1)?.distance ?? 0, 2),
       ...(corners.length > 2 ? { area_m2: round(area(corners), 1) } : {}),
       heights_above: heightsAbove,
-      certified_errors_m: known.map(({ error }) => Number(roundedUp(error!))),
+      certified_errors_m: known.map(({ error }) => (error === undefined ? null : Number(roundedUp(error)))),
     },
   };
   return JSON.stringify({ type: "FeatureCollection", features: [feature] }, undefined, 1);

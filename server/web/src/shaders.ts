@@ -82,6 +82,9 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform vec4 pictureRows;
   // Of the picture's square, radians: its south above the base, and how high it is.
   uniform vec2 pictureLatitudes;
+  uniform sampler2D filled;
+  uniform bool hasFilled;
+  uniform bool showsFilled;
   uniform vec3 axis;
   in vec3 fromEye;
   in float height;
@@ -166,6 +169,12 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
       vec4 seen = pictureColour();
       ground = mix(ground, seen.rgb, seen.a);
       light = mix(light, vec3(1.0), 0.55 * seen.a);
+    }
+    if (showsFilled && hasFilled && texture(filled, square).r > 0.5) {
+      // Stripes on the screen; nothing of the ground's own colour, which would say something of a certified error.
+      float stripe = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / 10.0));
+      ground = mix(vec3(0.56, 0.47, 0.66), vec3(0.84, 0.80, 0.88), stripe);
+      light = mix(light, vec3(1.0), 0.5);
     }
     vec3 colour = ground * light;
     if (contours && !isSea) colour *= 1.0 - 0.16 * contour();

@@ -2,7 +2,8 @@
 
 import * as THREE from "three";
 import { degreesOf, keyOf, type Address } from "./address.ts";
-import { Frame } from "./frame.ts";
+import { isFilled } from "./filled.ts";
+import { Frame, tileBounds } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice, type Selection } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
@@ -10,6 +11,7 @@ import { geographic, type GroundPoint } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
 import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
 import { normalsOf } from "./normals.ts";
+import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
 import { distanceTo } from "./oriented_box.ts";
 import { interiorLevels } from "./spt.ts";
@@ -53,6 +55,8 @@ export interface TerrainSettings {
   readonly heights: readonly [number, number] | undefined;
   /** Whether lines of equal height are drawn. */
   readonly contours: boolean;
+  /** Whether ground that was filled is told apart; in the style of certified errors it always is. */
+  readonly filled: boolean;
   readonly wireframe: boolean;
   /** Whether light comes from rasters of normals, which have to be loaded, where the source has them. */
   readonly detailedLight: boolean;
@@ -66,6 +70,7 @@ export const DEFAULT_SETTINGS: TerrainSettings = {
   style: 0,
   heights: undefined,
   contours: false,
+  filled: false,
   wireframe: false,
   detailedLight: true,
   imagery: undefined,
@@ -78,6 +83,15 @@ const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
 /** Metres above the ellipsoid from where the ground is looked for, and how far beside a tile, in its widths, it may be found. */
 const [FROM_ABOVE, EDGE] = [100_000, 1e-6];
+
+/** Where a ray meets a tile that is drawn. */
+interface Met {
+  readonly distance: number;
+  readonly height: number;
+  readonly address: Address;
+  /** Of the tile's level, metres. */
+  readonly error: number;
+}
 
 /** A tileset, drawn for a view that moves. */
 export class TerrainLayer {
@@ -119,6 +133,7 @@ export class TerrainLayer {
       clearDistance: { value: 0 },
       style: { value: 0 },
       contours: { value: false },
+      showsFilled: { value: false },
       axis: { value: this.frame.axis },
     };
     this.normals = normalsOf(tileset.source, () => this.invalidate());
@@ -143,12 +158,12 @@ export class TerrainLayer {
   /** Where a ray in the scene first meets the ground that is drawn. */
   hit(ray: THREE.Ray): GroundPoint | undefined {
     const { exaggeration, baseHeight } = this.uniforms;
-    let nearest: { distance: number; height: number; error: number } | undefined;
+    let nearest: Met | undefined;
     for (const { address, error } of this.drawn.values()) {
       const mesh = this.store.get(address)?.mesh;
       if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise)))) continue;
       const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
-      if (found !== undefined) nearest = { ...found, error };
+      if (found !== undefined) nearest = { ...found, address, error };
     }
     return nearest && this.groundPoint(ray, nearest);
   }
@@ -164,7 +179,7 @@ export class TerrainLayer {
       const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
       if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
       const found = this.store.get(address)?.mesh.hit(ray, exaggeration.value, baseHeight.value, Infinity, [x, y]);
-      if (found !== undefined) return { ...this.groundPoint(ray, { ...found, error }), longitude, latitude };
+      if (found !== undefined) return { ...this.groundPoint(ray, { ...found, address, error }), longitude, latitude };
     }
     return undefined;
   }
@@ -207,26 +222,34 @@ export class TerrainLayer {
     this.invalidate();
   }
 
-  private groundPoint(ray: THREE.Ray, nearest: { distance: number; height: number; error: number }): GroundPoint {
+  private groundPoint(ray: THREE.Ray, { distance, height, address, error }: Met): GroundPoint {
     const { exaggeration, baseHeight } = this.uniforms;
-    const position = ray.at(nearest.distance, new THREE.Vector3());
+    const position = ray.at(distance, new THREE.Vector3());
     const up = position.clone().sub(this.frame.earthCentre).normalize();
-    const raised = (exaggeration.value - 1) * (nearest.height - baseHeight.value);
+    const raised = (exaggeration.value - 1) * (height - baseHeight.value);
     const level = position.clone().addScaledVector(up, -raised);
-    return { ...nearest, position, ...geographic(this.frame, level) };
+    const place = geographic(this.frame, level);
+    return { distance, height, position, ...place, error: this.isFilledAt(address, place) ? undefined : error };
+  }
+
+  private isFilledAt(address: Address, { longitude, latitude }: Pick<GroundPoint, "longitude" | "latitude">): boolean {
+    const filled = this.store.get(address)?.filled;
+    const [[west, south], degrees] = [tileBounds(address), degreesOf(address.zoom)];
+    return filled !== undefined && isFilled(filled, (longitude - west) / degrees, (latitude - south) / degrees);
   }
 
   /** Changes some of the settings. */
   set(changes: Partial<TerrainSettings>): void {
     const { imagery } = this.settings;
     this.settings = { ...this.settings, ...changes };
-    const { exaggeration, style, contours, wireframe } = this.settings;
+    const { exaggeration, style, contours, filled, wireframe } = this.settings;
     this.uniforms.exaggeration.value = exaggeration;
     this.uniforms.style.value = style;
     const [lowest, highest] = this.settings.heights ?? this.tileset.metadata.heights;
     this.uniforms.heights.value.set(lowest, highest);
     this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
     this.uniforms.contours.value = contours;
+    this.uniforms.showsFilled.value = filled || STYLES[style] === "Certified error";
     for (const { address } of this.drawn.values()) this.store.get(address)?.mesh.setWireframe(wireframe);
     if (this.settings.imagery !== imagery) this.changePictures();
     this.invalidate();

@@ -30,11 +30,11 @@ class OwnDesk implements Desk {
   private readonly desk = new TileDesk();
 
   async do(job: Job): Promise<Outcome> {
-    return this.desk.do(job)!;
+    return (await this.desk.do(job))!;
   }
 
   forget(number: number): void {
-    this.desk.do({ number, bytes: undefined });
+    void this.desk.do({ number, bytes: undefined });
   }
 }
 

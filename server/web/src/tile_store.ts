@@ -24,6 +24,8 @@ const ALL_SIDES = [true, true, true, true];
 /** What of a tile is drawn. */
 interface Drawable extends PlacedTile {
   readonly mesh: TileMesh;
+  /** A bit for each cell whose ground was filled; undefined where all was measured. */
+  readonly filled: Uint8Array | undefined;
   /** How many levels it has. */
   readonly there: number;
   /** The interior ones of the whole tile. */
@@ -216,8 +218,9 @@ export class TileStore implements Hierarchy {
 
   private keep(key: string, decoding: Decoding, decoded: Tile): void {
     const tile = placed(decoded, this.frame);
-    const mesh = new TileMesh(tile, this.frame, this.shared);
-    const drawable = { ...tile, mesh, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
+    const { filled } = decoding;
+    const mesh = new TileMesh(tile, filled, this.frame, this.shared);
+    const drawable = { ...tile, mesh, filled, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
     this.loaded.set(key, { decoding, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
     this.boxes.set(key, this.boxOf(decoded));
   }

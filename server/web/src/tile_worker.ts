@@ -4,8 +4,8 @@ import { TileDesk, type Job } from "./tile_desk.ts";
 
 const desk = new TileDesk();
 
-self.addEventListener("message", ({ data }: MessageEvent<Job>) => {
-  const outcome = desk.do(data);
+self.addEventListener("message", async ({ data }: MessageEvent<Job>) => {
+  const outcome = await desk.do(data);
   if (outcome === undefined) return;
   const tile = "decoded" in outcome ? outcome.decoded.tile : undefined;
   const arrays = tile === undefined ? [] : [tile.positions.buffer, tile.representatives.buffer, tile.corners.buffer];

@@ -36,7 +36,9 @@ test("files tell what is known, errors rounded up, and leave out what is not", (
     { distance: 20, longitude: 7.2, latitude: 46, height: 0, error: 0.5 },
   ];
   const rows = csvOf(profile).split("\r\n");
-  assert.deepEqual(rows.slice(1, 4), ["0.00,7.0000000,46.0000000,812.35,1.24", "10.00,7.1000000,46.0000000,,", "20.00,7.2000000,46.0000000,0.00,0.50"]);
+  assert.deepEqual(rows.slice(1, 4), ["0.00,7.0000000,46.0000000,812.35,1.24,measured", "10.00,7.1000000,46.0000000,,,void", "20.00,7.2000000,46.0000000,0.00,0.50,measured"]);
+  const filled = csvOf([{ ...profile[0]!, error: undefined }]).split("\r\n");
+  assert.equal(filled[1], "0.00,7.0000000,46.0000000,812.35,,filled");
   const { features } = JSON.parse(geoJsonOf(profile, [JFK, HEATHROW], "the sea"));
   assert.deepEqual(features[0].geometry.coordinates, [[7, 46, 812.35], [7.2, 46, 0]]);
   assert.deepEqual(features[0].properties, { length_m: 20, heights_above: "the sea", certified_errors_m: [1.24, 0.5] });
