@@ -1,5 +1,6 @@
 // The panel over the view: settings in, figures out.
 
+import type { Coordinates } from "./coordinates.ts";
 import { element, setText } from "./elements.ts";
 import type { GroundPoint } from "./ground.ts";
 import { templateFault, type Imagery } from "./imagery.ts";
@@ -9,7 +10,7 @@ import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import type { TileLevels } from "./tile_levels.ts";
-import { heightsAbove, type Tileset } from "./tileset.ts";
+import { heightsAbove, isLocal, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
@@ -130,6 +131,7 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
     setText("name", tileset?.name ?? "");
     setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
     input("light").disabled = tileset?.source.normals === undefined;
+    showWhere(tileset !== undefined && isLocal(tileset.metadata));
     heights = tileset?.metadata.heights ?? heights;
     showLegend(element("style", HTMLSelectElement).selectedIndex, heights);
   };
@@ -142,6 +144,16 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
     set("tile-levels", false);
     if (chosen !== undefined) open(chosen);
   });
+}
+
+/** What is nowhere on the Earth has no north, and no imagery. */
+function showWhere(isNowhere: boolean): void {
+  element("needle", HTMLElement).lastChild!.textContent = isNowhere ? "y" : "N";
+  const title = isNowhere ? "Turn y up" : "Turn north up";
+  const button = element("north", HTMLButtonElement);
+  button.title = title;
+  button.ariaLabel = title;
+  input("imagery").disabled = isNowhere;
 }
 
 /** Lets a tileset be chosen for the view beside; the address of the page names it. */
@@ -179,15 +191,13 @@ export function showStats({ tiles, triangles, zooms, bytes, normalsBytes, imager
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
 
 /** Shows the ground under the pointer, or in the middle where there is no pointer; and that of the other view. */
-export function showPlace(ground: GroundPoint | undefined, datum: string, beside: GroundPoint | undefined): void {
+export function showPlace(ground: GroundPoint | undefined, coordinates: Coordinates, datum: string, beside: GroundPoint | undefined): void {
   if (ground === undefined) {
     setText("place", "");
     return;
   }
-  const { longitude, latitude } = ground;
-  const at = `${Math.abs(latitude).toFixed(5)}° ${latitude < 0 ? "S" : "N"}, ${Math.abs(longitude).toFixed(5)}° ${longitude < 0 ? "W" : "E"}`;
-  const above = datum === "unspecified" ? "an unknown datum" : datum;
-  setText("place", `${at}: ${heightOf(ground)} above ${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
+  const above = coordinates.isLocal ? "" : ` above ${datum === "unspecified" ? "an unknown datum" : datum}`;
+  setText("place", `${coordinates.textOf(ground)}: ${heightOf(ground)}${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
 }
 
 function heightOf(ground: GroundPoint): string {
