@@ -36,7 +36,7 @@ function tilesetOf(base: string, { name, version, metadata }: Listed): Tileset {
     metadata: checkedMetadata(name, metadata),
     source: {
       tile: (address, from, count, signal) => bytesOf(`${folder}/${keyOf(address)}.spt${query}`, from, count, signal),
-      normals: async (address, signal) => (await answer(`${folder}/gradients/${keyOf(address)}.webp${query}`, { signal })).blob(),
+      normals: async (address, signal) => (await answer(`${folder}/gradients/${keyOf(address)}.png${query}`, { signal })).blob(),
     },
   };
 }

@@ -10,10 +10,10 @@ import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
 import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
-import { normalsOf } from "./normals.ts";
+import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
-import { distanceTo } from "./oriented_box.ts";
+import { distanceTo, solidAngle } from "./oriented_box.ts";
 import { interiorLevels } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
@@ -359,7 +359,8 @@ export class TerrainLayer {
     if (this.store.isLoading) return;
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
     if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
-      this.normals.request(seen.map(({ address }) => ({ address, detail: 0 })));
+      const lit = seen.map(({ address }) => squareForLight(address, this.meanPixelsAcross(address, camera)));
+      this.normals.request(lit.map((address) => ({ address, detail: 0 })));
     }
     this.pictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
   }
@@ -376,6 +377,12 @@ export class TerrainLayer {
   private pixelsAcross(address: Address, { eye, pixelsPerRadian }: Camera): number {
     const box = this.store.bounds(address);
     return (2 * box.halfSizes[1] * pixelsPerRadian) / Math.abs(this.uniforms.exaggeration.value) / Math.max(distanceTo(box, eye), 1);
+  }
+
+  /** And that it covers on the whole: most tiles are seen from aside. */
+  private meanPixelsAcross(address: Address, { eye, pixelsPerRadian }: Camera): number {
+    const seen = Math.sqrt(solidAngle(this.store.bounds(address), eye)) * pixelsPerRadian;
+    return seen / Math.abs(this.uniforms.exaggeration.value);
   }
 
   private changePictures(): void {
