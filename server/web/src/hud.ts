@@ -16,7 +16,7 @@ import type { Views } from "./views.ts";
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
-/** Pixels: on a narrower page the panel is folded at first. */
+/** Pixels: on a narrower page the panel and its parts are folded at first. */
 const NARROW = 600;
 /** Pixels that the scale bar has at most. */
 const SCALE_PIXELS = 100;
@@ -43,7 +43,7 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   connectImagery(views);
   connectShare();
   element("north", HTMLElement).addEventListener("click", () => views.steer().faceNorth());
-  element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
+  for (const id of ["panel", "more", "figures"]) element(id, HTMLDetailsElement).open = innerWidth >= NARROW;
   connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
   connectSwitch("tile-levels", "KeyT", (isEnabled) => levels.setEnabled(isEnabled));
   connectSwitch("wireframe", "KeyX", (wireframe) => views.set({ wireframe }));

@@ -1,4 +1,7 @@
-"""Writes a made-up site of 4 km with cells of 5 m into a raster of its country: the country's heights, and relief of its own on them."""
+"""Writes a made-up site of 2 km with cells of 5 m into a raster of its country: the country's heights, and relief of its own on them.
+
+COUNTRY LONGITUDE LATITUDE SITE
+"""
 
 import sys
 
@@ -7,14 +10,16 @@ import rasterio
 from rasterio.transform import from_origin
 from rasterio.warp import Resampling, reproject, transform
 
-SIDE, CELL = 800, 5.0
+SIDE, CELL = 400, 5.0
 
 country_path, longitude, latitude, out_path = sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), sys.argv[4]
 (east,), (north,) = transform("EPSG:4326", "EPSG:32610", [longitude], [latitude])
 to_crs = from_origin(round(east) - SIDE * CELL / 2, round(north) + SIDE * CELL / 2, CELL, CELL)
-heights = numpy.zeros((SIDE, SIDE), numpy.float32)
+heights = numpy.full((SIDE, SIDE), numpy.nan, numpy.float32)
 with rasterio.open(country_path) as country:
-    reproject(rasterio.band(country, 1), heights, dst_transform=to_crs, dst_crs="EPSG:32610", resampling=Resampling.cubic)
+    reproject(rasterio.band(country, 1), heights, dst_transform=to_crs, dst_crs="EPSG:32610", dst_nodata=numpy.nan, resampling=Resampling.cubic)
+if numpy.isnan(heights).any():
+    sys.exit("the country has voids there")
 
 # Octaves of noise, each half as wide and 0.55 times as high as the one before; none at the site's edge.
 chance = numpy.random.default_rng(5)
