@@ -14,6 +14,7 @@ import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
 import { distanceTo, solidAngle } from "./oriented_box.ts";
+import type { Spot } from "./spots.ts";
 import { interiorLevels } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
@@ -41,6 +42,13 @@ export interface TileLevelView {
   /** Certified, metres. */
   readonly error: number;
   readonly triangles: number;
+}
+
+/** A vertex and its representative. */
+export interface ForestEdge {
+  /** With which the vertex comes in. */
+  readonly level: number;
+  readonly ends: readonly [THREE.Vector3, THREE.Vector3];
 }
 
 /** How terrain is drawn. */
@@ -186,13 +194,10 @@ export class TerrainLayer {
 
   /** Pieces of the contour lines of the tiles that are in sight, where they are drawn. */
   contourPieces(): ContourPiece[] {
-    const { exaggeration, baseHeight, contourInterval } = this.uniforms;
-    const up = new THREE.Vector3();
-    const raise = (place: THREE.Vector3, height: number) =>
-      place.addScaledVector(up.copy(place).sub(this.frame.earthCentre).normalize(), (exaggeration.value - 1) * (height - baseHeight.value));
+    const { contourInterval } = this.uniforms;
     const meshes = [...this.drawn.values()].flatMap(({ address }) => this.store.get(address)?.mesh ?? []);
     const pieces = meshes.filter(({ object }) => object.visible).flatMap((mesh) => mesh.contours(contourInterval.value));
-    for (const { height, ends } of pieces) for (const end of ends) raise(end, height);
+    for (const { height, ends } of pieces) for (const end of ends) this.raised(end, height);
     return pieces;
   }
 
@@ -216,10 +221,32 @@ export class TerrainLayer {
     });
   }
 
+  /** Of a tile's vertices that come in after its coarsest level: each one's place, its representative's, and which level it comes in with. */
+  forestOf(address: Address): ForestEdge[] {
+    const found = this.store.get(address);
+    if (found === undefined) return [];
+    const { tile, spots } = found;
+    const first = tile.levels[0]!.vertexEnd;
+    const raised = ({ position, height }: Spot) => this.raised(position.clone(), height);
+    let level = 1;
+    return Array.from(tile.representatives.subarray(first), (representative, at) => {
+      const vertex = first + at;
+      while (vertex >= tile.levels[level]!.vertexEnd) level++;
+      return { level, ends: [raised(spots[vertex]!), raised(spots[representative]!)] };
+    });
+  }
+
   /** Draws one tile that is drawn now, alone, at one of its levels; again all that the view needs without one. */
   showAlone(address: Address | undefined, level?: TileLevelView): void {
     this.alone = address && level && { address, ...level.detail, error: level.error };
     this.invalidate();
+  }
+
+  /** Moves a place of a height to where the exaggeration draws it. */
+  private raised(place: THREE.Vector3, height: number): THREE.Vector3 {
+    const { exaggeration, baseHeight } = this.uniforms;
+    const up = place.clone().sub(this.frame.earthCentre).normalize();
+    return place.addScaledVector(up, (exaggeration.value - 1) * (height - baseHeight.value));
   }
 
   private groundPoint(ray: THREE.Ray, { distance, height, address, error }: Met): GroundPoint {

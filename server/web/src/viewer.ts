@@ -8,7 +8,7 @@ import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
 import type { ContourPiece } from "./tile_mesh.ts";
-import { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
+import { DEFAULT_SETTINGS, TerrainLayer, type ForestEdge, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
@@ -137,6 +137,11 @@ export class Viewer {
     const ground = this.groundAt(0, 0);
     const address = ground && this.layer?.tileAt(ground.longitude, ground.latitude);
     return address && { address, levels: this.layer!.levelsOf(address) };
+  }
+
+  /** The forest of representatives of a tile. */
+  forestOf(address: Address): readonly ForestEdge[] {
+    return this.layer?.forestOf(address) ?? [];
   }
 
   /** Draws a tile alone, at one of its levels; all again without one. */

@@ -293,6 +293,13 @@ test("the tile in the middle is shown alone, finer from level to level", async (
     assert.ok((await page.textContent("#level-text")).includes(`${triangles.toLocaleString("en")} triangles`));
     seen.push({ triangles, error });
   }
+  await page.check("#forest");
+  await settledStats();
+  await page.waitForTimeout(500);
+  const withForest = await pixels();
+  await page.uncheck("#forest");
+  await settledStats();
+  assert.ok(changedShare(withForest, await pixels()) > 0.02, "the forest of representatives is drawn");
   assert.ok(count > 2 && seen.every((now, at) => at === 0 || (now.triangles > seen[at - 1].triangles && now.error <= seen[at - 1].error)), JSON.stringify(seen));
   await page.uncheck("#tile-levels");
   // What was finer may stay so: not all is as it was, to the triangle.
