@@ -19,6 +19,8 @@ const LONGEST_STEP_SECONDS = 0.1;
 const CLEARANCE = 2;
 /** Metres above the camera from where the ground below it is looked for. */
 const FROM_ABOVE = 50_000;
+/** Data that are wider are seen from all around. */
+const GLOBE_DEGREES = 60;
 /** Pixels that an arrow key moves the view, and how much nearer + brings it. */
 const [KEY_PIXELS, KEY_ZOOM] = [40, 0.8];
 /** Where a view is: degrees and metres of the eye, degrees from north to the east, and down from the level. */
@@ -56,7 +58,6 @@ export class Viewer {
     this.camera.up.set(0, 0, 1);
     this.scene.add(skyMesh());
     this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.maxPolarAngle = THREE.MathUtils.degToRad(89);
     this.orbit.zoomToCursor = true;
     this.orbit.keyPanSpeed = KEY_PIXELS;
     this.orbit.minDistance = 2 * CLEARANCE;
@@ -77,6 +78,10 @@ export class Viewer {
     this.layer = new TerrainLayer(tileset, () => this.redraw());
     this.layer.set(this.settings);
     this.scene.add(this.layer.group);
+    // Of most of the Earth, the far side has its ground above the eye.
+    const [west, south, east, north] = tileset.metadata.bounds;
+    const isGlobe = Math.max(east - west, north - south) > GLOBE_DEGREES;
+    this.orbit.maxPolarAngle = isGlobe ? Math.PI : THREE.MathUtils.degToRad(89);
     this.lookAtAll();
   }
 
@@ -193,21 +198,25 @@ export class Viewer {
   get pose(): Pose | undefined {
     if (this.layer === undefined) return undefined;
     const { longitude, latitude } = geographic(this.layer.frame, this.camera.position);
-    const toEye = this.camera.position.clone().sub(this.layer.frame.position(longitude, latitude, 0));
-    const height = toEye.dot(this.up(this.layer));
+    const { east, north, up } = this.layer.frame.axesAt(longitude, latitude);
+    const height = this.camera.position.clone().sub(this.layer.frame.position(longitude, latitude, 0)).dot(up);
     const ahead = this.camera.getWorldDirection(new THREE.Vector3());
-    const azimuth = (THREE.MathUtils.radToDeg(Math.atan2(ahead.x, ahead.y)) + 360) % 360;
-    return { longitude, latitude, height, azimuth, down: THREE.MathUtils.radToDeg(Math.asin(-ahead.z)) };
+    const azimuth = (THREE.MathUtils.radToDeg(Math.atan2(ahead.dot(east), ahead.dot(north))) + 360) % 360;
+    const down = THREE.MathUtils.radToDeg(Math.asin(THREE.MathUtils.clamp(-ahead.dot(up), -1, 1)));
+    return { longitude, latitude, height, azimuth, down };
   }
 
   /** Looks from where a pose is. */
   setPose({ longitude, latitude, height, azimuth, down }: Pose): void {
-    const eye = this.layer?.frame.position(longitude, latitude, height);
-    if (eye === undefined) return;
+    if (this.layer === undefined) return;
+    const { frame, tileset } = this.layer;
+    const eye = frame.position(longitude, latitude, height);
+    const { east, north, up } = frame.axesAt(longitude, latitude);
     const [azimuthRadians, downRadians] = [azimuth, down].map(THREE.MathUtils.degToRad) as [number, number];
     const level = Math.cos(downRadians);
-    const ahead = new THREE.Vector3(level * Math.sin(azimuthRadians), level * Math.cos(azimuthRadians), -Math.sin(downRadians));
-    const distance = THREE.MathUtils.clamp((eye.z - this.layer!.box.min.z) / Math.max(Math.sin(downRadians), 0.05), 10, this.orbit.maxDistance);
+    const ahead = east.multiplyScalar(level * Math.sin(azimuthRadians)).addScaledVector(north, level * Math.cos(azimuthRadians));
+    ahead.addScaledVector(up, -Math.sin(downRadians));
+    const distance = THREE.MathUtils.clamp((height - tileset.metadata.heights[0]) / Math.max(Math.sin(downRadians), 0.05), 10, this.orbit.maxDistance);
     this.camera.position.copy(eye);
     this.orbit.target.copy(eye).addScaledVector(ahead, distance);
     this.orbit.update();

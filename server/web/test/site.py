@@ -13,11 +13,13 @@ from rasterio.warp import Resampling, reproject, transform
 SIDE, CELL = 400, 5.0
 
 country_path, longitude, latitude, out_path = sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), sys.argv[4]
-(east,), (north,) = transform("EPSG:4326", "EPSG:32610", [longitude], [latitude])
+# The zone of UTM there.
+crs = f"EPSG:{(32600 if latitude >= 0 else 32700) + int((longitude + 180) // 6) + 1}"
+(east,), (north,) = transform("EPSG:4326", crs, [longitude], [latitude])
 to_crs = from_origin(round(east) - SIDE * CELL / 2, round(north) + SIDE * CELL / 2, CELL, CELL)
 heights = numpy.full((SIDE, SIDE), numpy.nan, numpy.float32)
 with rasterio.open(country_path) as country:
-    reproject(rasterio.band(country, 1), heights, dst_transform=to_crs, dst_crs="EPSG:32610", dst_nodata=numpy.nan, resampling=Resampling.cubic)
+    reproject(rasterio.band(country, 1), heights, dst_transform=to_crs, dst_crs=crs, dst_nodata=numpy.nan, resampling=Resampling.cubic)
 if numpy.isnan(heights).any():
     sys.exit("the country has voids there")
 
@@ -35,6 +37,6 @@ while width >= 5:
 edge = numpy.minimum.outer(*[numpy.minimum(numpy.arange(SIDE), numpy.arange(SIDE)[::-1]) / 100] * 2)
 heights += relief * numpy.clip(edge, 0, 1)
 
-profile = dict(driver="GTiff", width=SIDE, height=SIDE, count=1, dtype="float32", crs="EPSG:32610", transform=to_crs, compress="deflate", predictor=3)
+profile = dict(driver="GTiff", width=SIDE, height=SIDE, count=1, dtype="float32", crs=crs, transform=to_crs, compress="deflate", predictor=3)
 with rasterio.open(out_path, "w", **profile) as site:
     site.write(heights, 1)
