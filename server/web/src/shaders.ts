@@ -148,8 +148,8 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     // Ground sampled every thirty metres has no walls: what is nearly upright is a sliver, lit as if it were level.
     float slope = sqrt(max(1.0 - level * level, 0.0)) / (max(level, 1e-3) * exaggeration);
     vec3 normal = normalize(mix(facet, up, smoothstep(2.5, 6.0, slope)));
+    vec3 east = normalize(cross(axis, up));
     if (normalsPlace.x > 0.0) {
-      vec3 east = normalize(cross(axis, up));
       vec2 rise = rises();
       slope = length(rise);
       normal = normalize(up - exaggeration * (rise.x * east + rise.y * cross(up, east)));
@@ -162,7 +162,8 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     if (style == 1) ground = vec3(0.74);
     if (style == 2) ground = slopeColour(degrees(atan(slope)));
     if (style == 3) ground = errorColour(certifiedError);
-    float sun = max(dot(normal, normalize(SUN)), 0.0);
+    // The sun is in the north-west wherever one looks, as on maps.
+    float sun = max(dot(normal, normalize(SUN.x * east + SUN.y * cross(up, east) + SUN.z * up)), 0.0);
     vec3 light = vec3(0.47, 0.51, 0.58) * (0.65 + 0.35 * dot(normal, up)) + vec3(0.95, 0.88, 0.75) * sun;
     if (style == 4 && picturePlace.x > 0.0) {
       // Imagery has light of its own.

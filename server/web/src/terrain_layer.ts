@@ -18,7 +18,7 @@ import type { Spot } from "./spots.ts";
 import { interiorLevels } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
-import type { Tileset } from "./tileset.ts";
+import { isGlobe, type Tileset } from "./tileset.ts";
 
 /** What is on the screen. */
 export interface Stats {
@@ -130,7 +130,9 @@ export class TerrainLayer {
     private readonly onChange: () => void = () => {},
   ) {
     const { bounds, heights } = tileset.metadata;
-    this.frame = new Frame((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2);
+    const [longitude, latitude] = [(bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2];
+    // A globe is turned about its axis, with the pole that is in the data, or the northern one, on top.
+    this.frame = new Frame(longitude, isGlobe(tileset.metadata) ? (latitude < 0 ? -90 : 90) : latitude);
     this.box = this.frame.box(bounds, heights);
     this.uniforms = {
       exaggeration: { value: 1 },

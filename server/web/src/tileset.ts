@@ -54,6 +54,14 @@ export interface Tileset {
   readonly source: TileSource;
 }
 
+/** Data that are wider are seen from all around. */
+const GLOBE_DEGREES = 60;
+
+/** Whether the data are so much of the Earth that there is no up which is nearly the same for all of them. */
+export function isGlobe({ bounds: [west, south, east, north] }: Metadata): boolean {
+  return Math.max(east - west, north - south) > GLOBE_DEGREES;
+}
+
 /** Whether the ground of a tileset is nowhere on the Earth. */
 export function isLocal({ asked }: Metadata): boolean {
   return asked?.reading?.local === true;

@@ -9,7 +9,7 @@ import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
 import type { ContourPiece } from "./tile_mesh.ts";
 import { DEFAULT_SETTINGS, TerrainLayer, type ForestEdge, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
-import type { Tileset } from "./tileset.ts";
+import { isGlobe, type Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
 /** Of the first view: looking north-north-west, this far down. */
@@ -19,8 +19,6 @@ const LONGEST_STEP_SECONDS = 0.1;
 const CLEARANCE = 2;
 /** Metres above the camera from where the ground below it is looked for. */
 const FROM_ABOVE = 50_000;
-/** Data that are wider are seen from all around. */
-const GLOBE_DEGREES = 60;
 /** Pixels that an arrow key moves the view, and how much nearer + brings it. */
 const [KEY_PIXELS, KEY_ZOOM] = [40, 0.8];
 /** Where a view is: degrees and metres of the eye, degrees from north to the east, and down from the level. */
@@ -79,9 +77,7 @@ export class Viewer {
     this.layer.set(this.settings);
     this.scene.add(this.layer.group);
     // Of most of the Earth, the far side has its ground above the eye.
-    const [west, south, east, north] = tileset.metadata.bounds;
-    const isGlobe = Math.max(east - west, north - south) > GLOBE_DEGREES;
-    this.orbit.maxPolarAngle = isGlobe ? Math.PI : THREE.MathUtils.degToRad(89);
+    this.orbit.maxPolarAngle = isGlobe(tileset.metadata) ? Math.PI : THREE.MathUtils.degToRad(89);
     this.lookAtAll();
   }
 
