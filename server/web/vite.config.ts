@@ -4,5 +4,5 @@ import { defineConfig } from "vite";
 export default defineConfig({
   base: "./",
   build: { target: "es2022", chunkSizeWarningLimit: 1000, rollupOptions: { input: ["index.html", "curved.html"] } },
-  server: { proxy: { "^/(tilesets$|.*/profile$|.*\\.(spt|clod|webp)(\\?|$))": "http://127.0.0.1:8080" } },
+  server: { proxy: { "^/(tilesets$|.*/profile$|.*\\.(spt|clod|png)(\\?|$))": "http://127.0.0.1:8080" } },
 });

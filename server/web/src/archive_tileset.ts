@@ -42,7 +42,7 @@ class Files {
     if (most <= 0) return new Uint8Array();
     signal.throwIfAborted();
     const { data } = await this.archive.source.getBytes(tileDataOffset + offset + from, most, signal, etag).catch((error: unknown) => {
-      throw error instanceof EtagMismatch ? new Error("the archive is another one by now: open it again", { cause: error }) : error;
+      throw error instanceof EtagMismatch ? new Error("the archive is another one by now: load the page again", { cause: error }) : error;
     });
     return new Uint8Array(data);
   }

@@ -42,6 +42,12 @@ export class Frame {
     return this.rotate(earthCentred(longitude, latitude, height).sub(this.origin));
   }
 
+  /** Directions to the east, to the north and upwards at a longitude and latitude. */
+  axesAt(longitude: number, latitude: number): { east: Vector3; north: Vector3; up: Vector3 } {
+    const [east, up] = [this.rotate(normal(longitude + 90, 0)), this.rotate(normal(longitude, latitude))];
+    return { east, north: up.clone().cross(east), up };
+  }
+
   /** Holds the part of the Earth's surface between two heights over `bounds`, bulge included. */
   box(bounds: Bounds, heights: readonly [number, number]): Box3 {
     return new Box3().setFromPoints(this.gridOver(bounds, heights)).expandByScalar(bulgeOver(bounds));

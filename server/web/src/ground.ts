@@ -13,8 +13,8 @@ export interface GroundPoint {
   readonly latitude: number;
   /** Metres, without exaggeration. */
   readonly height: number;
-  /** Certified, metres. */
-  readonly error: number;
+  /** Certified, metres; undefined where the source has a void that was filled: nothing is certified of that. */
+  readonly error: number | undefined;
 }
 
 /** A surface as triangles: corners of triangles, four numbers a place (x, y, z and height), and of each vertex the place now and the one before. */

@@ -1,5 +1,6 @@
 // The panel over the view: settings in, figures out.
 
+import type { Coordinates } from "./coordinates.ts";
 import { element, setText } from "./elements.ts";
 import type { GroundPoint } from "./ground.ts";
 import { templateFault, type Imagery } from "./imagery.ts";
@@ -9,13 +10,13 @@ import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import type { TileLevels } from "./tile_levels.ts";
-import { heightsAbove, type Tileset } from "./tileset.ts";
+import { heightsAbove, isLocal, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
-/** Pixels: on a narrower page the panel is folded at first. */
+/** Pixels: on a narrower page the panel and its parts are folded at first. */
 const NARROW = 600;
 /** Pixels that the scale bar has at most. */
 const SCALE_PIXELS = 100;
@@ -31,6 +32,10 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   connectRange("pixels", (maxPixels) => views.set({ maxPixels }), " px");
   connectRange("exaggeration", (exaggeration) => views.set({ exaggeration }), " ×");
   connectSwitch("contours", "KeyC", (contours) => views.set({ contours }));
+  connectSwitch("filled", "KeyV", (filled) => {
+    views.set({ filled });
+    showFilledLegend();
+  });
   connectSwitch("light", "KeyL", (detailedLight) => views.set({ detailedLight }));
   input("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
   connectSwitch("dark", "KeyB", (isDark) => (document.documentElement.style.colorScheme = isDark ? "dark" : "light"));
@@ -38,7 +43,7 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   connectImagery(views);
   connectShare();
   element("north", HTMLElement).addEventListener("click", () => views.steer().faceNorth());
-  element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
+  for (const id of ["panel", "more", "figures"]) element(id, HTMLDetailsElement).open = innerWidth >= NARROW;
   connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
   connectSwitch("tile-levels", "KeyT", (isEnabled) => levels.setEnabled(isEnabled));
   connectSwitch("wireframe", "KeyX", (wireframe) => views.set({ wireframe }));
@@ -55,7 +60,14 @@ function connectStyles(views: Views): void {
   select.addEventListener("input", () => {
     views.set({ style: select.selectedIndex });
     showLegend(select.selectedIndex, heights);
+    showFilledLegend();
   });
+}
+
+/** Wherever filled ground is told apart. */
+function showFilledLegend(): void {
+  const isErrorStyle = STYLES[element("style", HTMLSelectElement).selectedIndex] === "Certified error";
+  element("legend-filled", HTMLElement).hidden = !isErrorStyle && !input("filled").checked;
 }
 
 /** The address of the page names the imagery, and whose it is if that is known. */
@@ -119,6 +131,7 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
     setText("name", tileset?.name ?? "");
     setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
     input("light").disabled = tileset?.source.normals === undefined;
+    showWhere(tileset !== undefined && isLocal(tileset.metadata));
     heights = tileset?.metadata.heights ?? heights;
     showLegend(element("style", HTMLSelectElement).selectedIndex, heights);
   };
@@ -131,6 +144,16 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
     set("tile-levels", false);
     if (chosen !== undefined) open(chosen);
   });
+}
+
+/** What is nowhere on the Earth has no north, and no imagery. */
+function showWhere(isNowhere: boolean): void {
+  element("needle", HTMLElement).lastChild!.textContent = isNowhere ? "y" : "N";
+  const title = isNowhere ? "Turn y up" : "Turn north up";
+  const button = element("north", HTMLButtonElement);
+  button.title = title;
+  button.ariaLabel = title;
+  input("imagery").disabled = isNowhere;
 }
 
 /** Lets a tileset be chosen for the view beside; the address of the page names it. */
@@ -161,25 +184,29 @@ export function showStats({ tiles, triangles, zooms, bytes, normalsBytes, imager
   setText("tiles", tiles.toLocaleString("en"));
   setText("triangles", triangles.toLocaleString("en"));
   setText("zooms", zooms === undefined ? "–" : [...new Set(zooms)].join(" – "));
-  setText("error", middle === undefined ? "–" : `± ${formatMetres(middle.error)}`);
+  setText("error", middle === undefined ? "–" : errorOf(middle));
   setText("bytes", `${megabytes(bytes)} + ${megabytes(normalsBytes + imageryBytes)} MB`);
 }
 
 const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
 
 /** Shows the ground under the pointer, or in the middle where there is no pointer; and that of the other view. */
-export function showPlace(ground: GroundPoint | undefined, datum: string, beside: GroundPoint | undefined): void {
+export function showPlace(ground: GroundPoint | undefined, coordinates: Coordinates, datum: string, beside: GroundPoint | undefined): void {
   if (ground === undefined) {
     setText("place", "");
     return;
   }
-  const { longitude, latitude } = ground;
-  const at = `${Math.abs(latitude).toFixed(5)}° ${latitude < 0 ? "S" : "N"}, ${Math.abs(longitude).toFixed(5)}° ${longitude < 0 ? "W" : "E"}`;
-  const above = datum === "unspecified" ? "an unknown datum" : datum;
-  setText("place", `${at}: ${heightOf(ground)} above ${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
+  const above = coordinates.isLocal ? "" : ` above ${datum === "unspecified" ? "an unknown datum" : datum}`;
+  setText("place", `${coordinates.textOf(ground)}: ${heightOf(ground)}${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
 }
 
-const heightOf = ({ height, error }: GroundPoint) => `${height.toFixed(error < 1 ? 2 : 1)} ± ${formatMetres(error)}`;
+function heightOf(ground: GroundPoint): string {
+  const metres = ground.height.toFixed(ground.error !== undefined && ground.error < 1 ? 2 : 1);
+  return ground.error === undefined ? `${metres} m (filled)` : `${metres} ${errorOf(ground)}`;
+}
+
+/** Of ground that was filled, nothing is certified. */
+const errorOf = ({ error }: GroundPoint) => (error === undefined ? "filled" : `± ${formatMetres(error)}`);
 
 /** Shows how long so much of the middle of the view is, and where north is. */
 export function showBearings(metresPerPixel: number | undefined, azimuth: number): void {

@@ -2,7 +2,7 @@
 
 export { openArchive } from "./archive_tileset.ts";
 export { listTilesets } from "./server_tilesets.ts";
-export { checkedMetadata, datumOf, heightsAbove } from "./tileset.ts";
+export { checkedMetadata, datumOf, heightsAbove, isLocal } from "./tileset.ts";
 export type { Metadata, Tileset, TileSource, Zoom } from "./tileset.ts";
 
 export { Viewer, type Pose } from "./viewer.ts";

@@ -5,15 +5,18 @@
 // ?pixels=N     how many pixels what is drawn may be off
 
 import { openArchive } from "./archive_tileset.ts";
+import type { Coordinates } from "./coordinates.ts";
 import { ContourLabels } from "./contour_labels.ts";
+import { EARTH } from "./earth.ts";
 import { element } from "./elements.ts";
 import * as hud from "./hud.ts";
+import { PLANE_METRES } from "./local_ground.ts";
 import { Measuring } from "./measuring.ts";
 import type { Stats } from "./terrain_layer.ts";
 import { listTilesets } from "./server_tilesets.ts";
 import { linkOf, readLink } from "./share.ts";
 import { TileLevels } from "./tile_levels.ts";
-import { datumOf, type Tileset } from "./tileset.ts";
+import { datumOf, isLocal, type Tileset } from "./tileset.ts";
 import type { Pose, Viewer } from "./viewer.ts";
 import { Views } from "./views.ts";
 
@@ -49,15 +52,17 @@ async function start(): Promise<void> {
   const nowhere = { canvas: canvases[0], x: 0, y: 0 };
   let [shown, pointer]: [Tileset | undefined, typeof nowhere] = [undefined, nowhere];
   let resting: ReturnType<typeof setTimeout> | undefined;
+  const datum = () => (shown === undefined ? "" : datumOf(shown.metadata));
+  const coordinates = (): Coordinates => (shown !== undefined && isLocal(shown.metadata) ? PLANE_METRES : EARTH);
   const showPlace = () => {
     const isBeside = views.beside !== undefined && pointer.canvas === canvases[1];
     const ground = (isBeside ? views.beside! : views.main).groundAt(pointer.x, pointer.y);
     const [main, beside] = [views.main, views.beside].map((viewer) => ground && viewer?.groundBelow(ground.longitude, ground.latitude));
-    hud.showPlace(isBeside ? main : ground, shown === undefined ? "" : datumOf(shown.metadata), beside);
+    hud.showPlace(isBeside ? main : ground, coordinates(), datum(), beside);
   };
   const keepLink = () => {
     const pose = views.main.pose;
-    if (shown !== undefined && pose !== undefined) history.replaceState(null, "", `${location.search}${linkOf(shown.name, pose)}`);
+    if (shown !== undefined && pose !== undefined) history.replaceState(null, "", `${location.search}${linkOf(shown.name, pose, coordinates().isLocal)}`);
   };
   const views = new Views(canvases, () => {
     const viewer = views.main;
@@ -84,7 +89,7 @@ async function start(): Promise<void> {
     canvas.addEventListener("pointerleave", () => (pointer = nowhere));
   }
   const open = (tileset: Tileset) => views.steer().open((shown = tileset));
-  const measuring = new Measuring(views.main, canvases[0], () => (shown === undefined ? "" : datumOf(shown.metadata)));
+  const measuring = new Measuring(views.main, canvases[0], coordinates, datum);
   const labels = new ContourLabels(views.main, element("contour-labels", HTMLElement));
   hud.connect(views, measuring, new TileLevels(views.main));
   const tilesets = await findTilesets(new URLSearchParams(location.search));

@@ -4,7 +4,8 @@ import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { element, setText } from "./elements.ts";
 import type { GroundPoint } from "./ground.ts";
-import { along, area, csvOf, geoJsonOf, lengths, type Place, type ProfilePoint } from "./path.ts";
+import type { Coordinates, Place } from "./coordinates.ts";
+import { along, csvOf, geoJsonOf, lengthOf, type ProfilePoint } from "./path.ts";
 import { PathLines } from "./path_lines.ts";
 import type { Viewer } from "./viewer.ts";
 
@@ -26,10 +27,11 @@ export class Measuring {
   private pressedAt: readonly [number, number] | undefined;
   private resting: ReturnType<typeof setTimeout> | undefined;
 
-  /** `heightsAbove` tells what heights are above, for files. */
+  /** `coordinates` tells how places are told now, `heightsAbove` what heights are above, for files. */
   constructor(
     private readonly viewer: Viewer,
     canvas: HTMLCanvasElement,
+    private readonly coordinates: () => Coordinates,
     private readonly heightsAbove: () => string,
   ) {
     viewer.add(this.lines.object);
@@ -37,9 +39,9 @@ export class Measuring {
     canvas.addEventListener("pointerup", (event) => this.release(event, canvas));
     element("path-undo", HTMLElement).addEventListener("click", () => this.change(this.corners.slice(0, -1)));
     element("path-clear", HTMLElement).addEventListener("click", () => this.change([]));
-    element("path-csv", HTMLElement).addEventListener("click", () => save("profile.csv", "text/csv", csvOf(this.profile)));
+    element("path-csv", HTMLElement).addEventListener("click", () => save("profile.csv", "text/csv", csvOf(this.profile, this.coordinates())));
     element("path-geojson", HTMLElement).addEventListener("click", () =>
-      save("profile.geojson", "application/geo+json", geoJsonOf(this.profile, this.corners, this.heightsAbove())),
+      save("profile.geojson", "application/geo+json", geoJsonOf(this.profile, this.corners, this.heightsAbove(), this.coordinates())),
     );
     addEventListener("resize", () => this.showProfile());
   }
@@ -80,13 +82,13 @@ export class Measuring {
   }
 
   private groundsNow(): (GroundPoint | undefined)[] {
-    return along(this.corners, PLACES).map(({ longitude, latitude }) => this.viewer.groundBelow(longitude, latitude));
+    return along(this.corners, PLACES, this.coordinates()).map(({ longitude, latitude }) => this.viewer.groundBelow(longitude, latitude));
   }
 
   private update(): void {
     if (!this.isEnabled) return this.viewer.redraw();
     this.grounds = this.groundsNow();
-    this.profile = along(this.corners, PLACES).map((place, at) => {
+    this.profile = along(this.corners, PLACES, this.coordinates()).map((place, at) => {
       const ground = this.grounds[at];
       return { ...place, height: ground?.height, error: ground?.error };
     });
@@ -102,12 +104,12 @@ export class Measuring {
 
   private summary(): string {
     if (this.corners.length < 2) return this.corners.length === 0 ? "Click places on the ground." : "Click the next place.";
-    const length = lengths(this.corners).reduce((sum, part) => sum + part, 0);
+    const length = lengthOf(this.corners, this.coordinates());
     const [first, last] = [this.profile[0]!, this.profile.at(-1)!];
     const rise = first.height !== undefined && last.height !== undefined ? last.height - first.height : undefined;
     const parts = [`Length ${metres(length)}`];
-    if (rise !== undefined) parts.push(`height difference ${rise < 0 ? "−" : "+"}${Math.abs(rise).toFixed(1)} ± ${(first.error! + last.error!).toFixed(1)} m`);
-    if (this.corners.length > 2) parts.push(`area ${squareMetres(area(this.corners))}`);
+    if (rise !== undefined) parts.push(`height difference ${rise < 0 ? "−" : "+"}${Math.abs(rise).toFixed(1)} ${doubt(first, last)}`);
+    if (this.corners.length > 2) parts.push(`area ${squareMetres(this.coordinates().area(this.corners))}`);
     return parts.join(" · ");
   }
 
@@ -120,8 +122,8 @@ export class Measuring {
     const column = (value: (point: ProfilePoint) => number | undefined) => this.profile.map((point) => value(point) ?? null);
     const data = [
       this.profile.map(({ distance }) => distance / 1000),
-      column(({ height, error }) => height === undefined ? undefined : height + error!),
-      column(({ height, error }) => height === undefined ? undefined : height - error!),
+      column(({ height, error }) => (height === undefined || error === undefined ? undefined : height + error)),
+      column(({ height, error }) => (height === undefined || error === undefined ? undefined : height - error)),
       column(({ height }) => height),
     ];
     this.chart = new uPlot(this.chartOptions(holder), data as uPlot.AlignedData, holder);
@@ -150,6 +152,12 @@ export class Measuring {
     this.lines.markAt(index == null ? undefined : this.grounds[index]?.position);
     this.viewer.redraw();
   }
+}
+
+/** How far the difference of two heights may be off, where both were measured. */
+function doubt(first: ProfilePoint, last: ProfilePoint): string {
+  const isMeasured = first.error !== undefined && last.error !== undefined;
+  return isMeasured ? `± ${(first.error + last.error).toFixed(1)} m` : "m (filled ground)";
 }
 
 const metres = (length: number) => (length < 1000 ? `${length.toFixed(1)} m` : `${(length / 1000).toFixed(3)} km`);

@@ -21,7 +21,7 @@ import { Triangle, Vector3 } from "three";
 import { keyOf, parentOf, type Address } from "./address.ts";
 import { COARSEST_DETAIL, drawnPrefix, finestDetail, isSameDetail, placesOf, type Detail } from "./partition.ts";
 import { PlanSurface } from "./plan_surface.ts";
-import { onSide, sideVertices, type PlacedTile, type Spot } from "./spots.ts";
+import { onSide, sideVertices, type PlacedTile, type SideVertex, type Spot } from "./spots.ts";
 import type { Tile } from "./spt.ts";
 
 /** A tile as a picture shows it. */
@@ -46,8 +46,21 @@ interface Placement {
   readonly onCoarseSide: ReadonlyMap<number, Spot>;
 }
 
+/** The vertices of a tile's coarsest surface. */
+interface Family {
+  /** Another one, once the parent has more levels. */
+  readonly parent: PlacedTile;
+  readonly coarsest: readonly Spot[];
+  /** Which of the parent's finest surface each is; -1 if that has none there. */
+  readonly inParent: Int32Array;
+}
+
 /** Two pictures, and the tiles that are drawn from one to the other. */
 export class Morph<S extends ShownTile> {
+  /** What was found out of tiles that may move again. */
+  private readonly families = new WeakMap<PlacedTile, Family>();
+  private readonly sides = new WeakMap<Tile, SideVertex[][]>();
+
   /** `tileAt` gives those that are loaded; what is not, appears and vanishes at once. */
   constructor(private readonly tileAt: (address: Address) => PlacedTile | undefined) {}
 
@@ -87,19 +100,34 @@ export class Morph<S extends ShownTile> {
     const parent = this.tileAt(parentOf(tile.address));
     const above = parent && this.placement(parent, shown);
     if (parent === undefined || above === undefined) return undefined;
-    const places = placesOf(parent.tile, finestDetail(parent.tile));
-    // What the parent hides on its sides, this tile's coarsest surface shows.
-    const spotAt = new Map(spotsAt(parent, places).map((spot, vertex) => [placeKey(spot), above.onCoarseSide.get(vertex) ?? above.spots[vertex]!]));
-    const surface = new PlanSurface(parent.tile, places, above.spots);
-    const coarsest = spotsAt(placed, placesOf(tile, COARSEST_DETAIL));
-    const spots = coarsest.map((spot) => spotAt.get(placeKey(spot)) ?? surface.at(spot) ?? spot);
+    const surface = new PlanSurface(parent.tile, placesOf(parent.tile, finestDetail(parent.tile)), above.spots);
+    const { coarsest, inParent } = this.family(placed, parent);
+    const spots = coarsest.map((spot, at) => {
+      const vertex = inParent[at]!;
+      if (vertex < 0) return surface.at(spot) ?? spot;
+      // What the parent hides on its sides, this tile's coarsest surface shows.
+      return above.onCoarseSide.get(vertex) ?? above.spots[vertex]!;
+    });
     return { spots, onCoarseSide: this.hidden(tile, spots, COARSEST_DETAIL.fineSides) };
+  }
+
+  private family(placed: PlacedTile, parent: PlacedTile): Family {
+    const known = this.families.get(placed);
+    if (known?.parent.tile === parent.tile) return known;
+    const finest = spotsAt(parent, placesOf(parent.tile, finestDetail(parent.tile)));
+    const vertices = new Map(finest.map((spot, vertex) => [placeKey(spot), vertex]));
+    const coarsest = spotsAt(placed, placesOf(placed.tile, COARSEST_DETAIL));
+    const family = { parent, coarsest, inParent: Int32Array.from(coarsest, (spot) => vertices.get(placeKey(spot)) ?? -1) };
+    this.families.set(placed, family);
+    return family;
   }
 
   /** The vertices of coarse sides that only fine ones show. */
   private hidden(tile: Tile, spots: readonly Spot[], fineSides: readonly boolean[]): Map<number, Spot> {
     const hidden = new Map<number, Spot>();
-    for (const [side, vertices] of sideVertices(tile).entries()) {
+    const sides = this.sides.get(tile) ?? sideVertices(tile);
+    this.sides.set(tile, sides);
+    for (const [side, vertices] of sides.entries()) {
       if (fineSides[side] === true) continue;
       vertices.forEach(({ vertex, along, isFine }, at) => {
         if (!isFine) return;

@@ -1,19 +1,33 @@
 // Rasters of normals, which light the ground in more detail than its triangles have. Without one there are facets.
 
 import * as THREE from "three";
+import { parentOf, type Address } from "./address.ts";
 import { SquareRasters, type SquareRaster } from "./square_rasters.ts";
 import type { TileSource } from "./tileset.ts";
 
-/** 256 rasters of 257² normals of four bytes each. */
-const MOST_BYTES = 256 * 257 * 257 * 4;
+/** Along a side of a raster. */
+const CELLS = 256;
+/** 256 rasters, a normal at each corner of their cells, of four bytes each. */
+const MOST_BYTES = 256 * (CELLS + 1) ** 2 * 4;
+/** What a cell may cover on the screen. */
+const MOST_PIXELS = 2;
 
 /** The normals that a source has; none where it has none. */
 export function normalsOf({ normals }: TileSource, onLoad: () => void): SquareRasters<SquareRaster> {
-  const load = async ({ address }: { address: Parameters<NonNullable<typeof normals>>[0] }, signal: AbortSignal) => {
+  const load = async ({ address }: { address: Address }, signal: AbortSignal) => {
     const file = await normals?.(address, signal);
-    return file && { texture: await decodeNormals(file), bytesLoaded: file.size, bytesKept: 257 * 257 * 4 };
+    return file && { texture: await decodeNormals(file), bytesLoaded: file.size, bytesKept: (CELLS + 1) ** 2 * 4 };
   };
   return new SquareRasters({ load, parallelRequests: 2, mostBytes: MOST_BYTES }, onLoad);
+}
+
+/**
+ * Whose raster is fine enough for a square that is so many pixels wide on the screen: its own, or that of a square above, which has four,
+ * sixteen, … squares in as many bytes.
+ */
+export function squareForLight(address: Address, pixels: number): Address {
+  const isFine = pixels <= (MOST_PIXELS * CELLS) / 2;
+  return isFine && address.zoom > 0 ? squareForLight(parentOf(address), 2 * pixels) : address;
 }
 
 /** Rows from the north become rows from the south; red and green are 128 ± 127 √|n|. */

@@ -3,7 +3,7 @@
 import { keyOf } from "./address.ts";
 import { checkedMetadata, type Tileset } from "./tileset.ts";
 
-const PARTIAL_CONTENT = 206;
+const [PARTIAL_CONTENT, NOT_FOUND] = [206, 404];
 
 /** What the server lists of one archive. */
 interface Listed {
@@ -27,29 +27,42 @@ export async function listTilesets(server = ""): Promise<Tileset[]> {
   return listed.map((entry) => tilesetOf(base, entry));
 }
 
-function tilesetOf(base: string, { name, version, metadata }: Listed): Tileset {
+function tilesetOf(base: string, listed: Listed): Tileset {
+  const { name, version, metadata } = listed;
   if (typeof name !== "string" || typeof version !== "string") throw new Error("The server lists a tileset without a name.");
   const folder = `${base}${encodeURIComponent(name)}`;
   const query = `?v=${encodeURIComponent(version)}`;
+  const ask = async (url: string, init: RequestInit) => {
+    const response = await fetch(url, init);
+    if (await isOfAnother(response, base, listed)) throw new Error("the server has another archive of this name by now: load the page again");
+    return checked(response);
+  };
   return {
     name,
     metadata: checkedMetadata(name, metadata),
     source: {
-      tile: (address, from, count, signal) => bytesOf(`${folder}/${keyOf(address)}.spt${query}`, from, count, signal),
-      normals: async (address, signal) => (await answer(`${folder}/gradients/${keyOf(address)}.webp${query}`, { signal })).blob(),
+      tile: (address, from, count, signal) => bytesOf(`${folder}/${keyOf(address)}.spt${query}`, from, count, signal, ask),
+      normals: async (address, signal) => (await ask(`${folder}/gradients/${keyOf(address)}.png${query}`, { signal })).blob(),
     },
   };
 }
 
 /** A part of a file; a server that knows no ranges answers with the whole. */
-async function bytesOf(url: string, from: number, count: number, signal: AbortSignal): Promise<Uint8Array> {
-  const response = await answer(url, { signal, headers: { Range: `bytes=${from}-${from + count - 1}` } });
+async function bytesOf(url: string, from: number, count: number, signal: AbortSignal, ask: (url: string, init: RequestInit) => Promise<Response>): Promise<Uint8Array> {
+  const response = await ask(url, { signal, headers: { Range: `bytes=${from}-${from + count - 1}` } });
   const bytes = new Uint8Array(await response.arrayBuffer());
   return response.status === PARTIAL_CONTENT ? bytes : bytes.subarray(from);
 }
 
-async function answer(url: string, init: RequestInit): Promise<Response> {
-  const response = await fetch(url, init);
+/** What a server does not find, or lets nobody keep, may be of another archive than was asked for: then it lists another version, or none. */
+async function isOfAnother(response: Response, base: string, { name, version }: Listed): Promise<boolean> {
+  const isOdd = response.status === NOT_FOUND || response.headers.get("Cache-Control")?.includes("no-cache") === true;
+  if (!isOdd) return false;
+  const now = (await checked(await fetch(`${base}tilesets`)).json()) as readonly Listed[];
+  return !now.some((entry) => entry.name === name && entry.version === version);
+}
+
+function checked(response: Response): Response {
   if (!response.ok) throw new Error(`the server answers ${response.status}`);
   return response;
 }

@@ -82,6 +82,9 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform vec4 pictureRows;
   // Of the picture's square, radians: its south above the base, and how high it is.
   uniform vec2 pictureLatitudes;
+  uniform sampler2D filled;
+  uniform bool hasFilled;
+  uniform bool showsFilled;
   uniform vec3 axis;
   in vec3 fromEye;
   in float height;
@@ -145,8 +148,8 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     // Ground sampled every thirty metres has no walls: what is nearly upright is a sliver, lit as if it were level.
     float slope = sqrt(max(1.0 - level * level, 0.0)) / (max(level, 1e-3) * exaggeration);
     vec3 normal = normalize(mix(facet, up, smoothstep(2.5, 6.0, slope)));
+    vec3 east = normalize(cross(axis, up));
     if (normalsPlace.x > 0.0) {
-      vec3 east = normalize(cross(axis, up));
       vec2 rise = rises();
       slope = length(rise);
       normal = normalize(up - exaggeration * (rise.x * east + rise.y * cross(up, east)));
@@ -159,13 +162,20 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     if (style == 1) ground = vec3(0.74);
     if (style == 2) ground = slopeColour(degrees(atan(slope)));
     if (style == 3) ground = errorColour(certifiedError);
-    float sun = max(dot(normal, normalize(SUN)), 0.0);
+    // The sun is in the north-west wherever one looks, as on maps.
+    float sun = max(dot(normal, normalize(SUN.x * east + SUN.y * cross(up, east) + SUN.z * up)), 0.0);
     vec3 light = vec3(0.47, 0.51, 0.58) * (0.65 + 0.35 * dot(normal, up)) + vec3(0.95, 0.88, 0.75) * sun;
     if (style == 4 && picturePlace.x > 0.0) {
       // Imagery has light of its own.
       vec4 seen = pictureColour();
       ground = mix(ground, seen.rgb, seen.a);
       light = mix(light, vec3(1.0), 0.55 * seen.a);
+    }
+    if (showsFilled && hasFilled && texture(filled, square).r > 0.5) {
+      // Stripes on the screen; nothing of the ground's own colour, which would say something of a certified error.
+      float stripe = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / 10.0));
+      ground = mix(vec3(0.56, 0.47, 0.66), vec3(0.84, 0.80, 0.88), stripe);
+      light = mix(light, vec3(1.0), 0.5);
     }
     vec3 colour = ground * light;
     if (contours && !isSea) colour *= 1.0 - 0.16 * contour();

@@ -1,19 +1,26 @@
-// The view in the page's address, so that a link leads to it: #name/latitude,longitude,height,azimuth,down
+// The view in the page's address, so that a link leads to it: #name/latitude,longitude,height,azimuth,down; of ground that is nowhere on
+// the Earth #name/x,y,height,azimuth,down,m
 
+import { EARTH } from "./earth.ts";
+import { PLANE_METRES } from "./local_ground.ts";
 import type { Pose } from "./viewer.ts";
 
 /** The address's part for a view of a tileset. */
-export function linkOf(name: string, { latitude, longitude, height, azimuth, down }: Pose): string {
-  const numbers = [latitude.toFixed(6), longitude.toFixed(6), height.toFixed(1), azimuth.toFixed(2), down.toFixed(2)];
+export function linkOf(name: string, pose: Pose, isLocal: boolean): string {
+  const [x, y] = PLANE_METRES.numbersOf(pose);
+  const place = isLocal ? [x.toFixed(2), y.toFixed(2)] : [pose.latitude.toFixed(6), pose.longitude.toFixed(6)];
+  const numbers = [...place, pose.height.toFixed(1), pose.azimuth.toFixed(2), pose.down.toFixed(2), ...(isLocal ? ["m"] : [])];
   return `#${encodeURIComponent(name)}/${numbers.join(",")}`;
 }
 
 /** What such a part says; undefined where it is none. */
 export function readLink(hash: string): { name: string; pose: Pose } | undefined {
-  const [, name, list] = /^#([^/]+)\/([-\d.,]+)$/.exec(hash) ?? [];
+  const [, name, list, metres] = /^#([^/]+)\/([-\d.,]+?)(,m)?$/.exec(hash) ?? [];
   const numbers = list?.split(",").map(Number) ?? [];
   if (name === undefined || numbers.length !== 5 || !numbers.every(Number.isFinite)) return undefined;
-  const [latitude, longitude, height, azimuth, down] = numbers as [number, number, number, number, number];
-  if (Math.abs(latitude) > 90 || Math.abs(longitude) > 180 || Math.abs(down) > 90) return undefined;
+  const [first, second, height, azimuth, down] = numbers as [number, number, number, number, number];
+  const { longitude, latitude } = metres === undefined ? EARTH.placeOf([second, first]) : PLANE_METRES.placeOf([first, second]);
+  // Far from its middle the plane has no place on the Earth.
+  if (!(Math.abs(latitude) <= 90 && Math.abs(longitude) <= 180) || Math.abs(down) > 90) return undefined;
   return { name: decodeURIComponent(name), pose: { latitude, longitude, height, azimuth, down } };
 }

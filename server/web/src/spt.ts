@@ -109,6 +109,11 @@ export class TileDecoder {
     return this.header.address;
   }
 
+  /** Which of the tile's ground was filled, still compressed; undefined where all of it was measured. */
+  get filledBytes(): Uint8Array | undefined {
+    return this.header.filledBytes;
+  }
+
   /** How many levels are whole. */
   get levelsThere(): number {
     return this.whole;
@@ -170,6 +175,7 @@ interface Header {
   readonly heightStep: number;
   readonly levelCount: number;
   readonly frame: Frame;
+  readonly filledBytes: Uint8Array | undefined;
 }
 
 interface Entry extends Level {
@@ -245,8 +251,8 @@ function readHeader(view: DataView, numbers: Numbers): Header {
     sampling: (flags & SAMPLED) !== 0 ? readSampling(view, numbers) : undefined,
   } as const;
   if (version >= VERSION_WITH_BREAKLINES) skipBreaklines(numbers);
-  if (version === VERSION_WITH_FILLED) skipFilled(view, numbers);
-  return { address, extentBits, heightStep: 2 ** view.getInt8(7), levelCount, frame };
+  const filledBytes = version === VERSION_WITH_FILLED ? readFilled(view, numbers) : undefined;
+  return { address, extentBits, heightStep: 2 ** view.getInt8(7), levelCount, frame, filledBytes };
 }
 
 /** Edges along breaklines are for whoever makes the parent of the tile. */
@@ -255,11 +261,12 @@ function skipBreaklines(numbers: Numbers): void {
   for (let number = 0; number < 4 * count; number++) numbers.signed();
 }
 
-/** Where ground was not measured is for whoever asks for heights. */
-function skipFilled(view: DataView, numbers: Numbers): void {
+function readFilled(view: DataView, numbers: Numbers): Uint8Array {
   const length = numbers.next();
+  const from = numbers.at;
   numbers.at += length;
   if (numbers.at > view.byteLength) throw new HeaderCut("the header is cut off");
+  return new Uint8Array(view.buffer, view.byteOffset + from, length).slice();
 }
 
 function readSampling(view: DataView, numbers: Numbers): Sampling {
@@ -305,7 +312,7 @@ function endsOf(entries: readonly Entry[], start: number): number[] {
 /** Levels as far as they were decoded: one that is cut has the error of the one before, those missing the same. */
 function levelsOf(levels: readonly Level[], whole: number, decoded: Levels): Level[] {
   const last = {
-    vertexEnd: decoded.madeAt.length,
+    vertexEnd: decoded.representatives.length,
     triangleEnd: decoded.corners.length / 3,
     error: levels[whole - 1]?.error ?? Infinity,
   };
@@ -314,20 +321,16 @@ function levelsOf(levels: readonly Level[], whole: number, decoded: Levels): Lev
 
 /** The arrays of a tile; heights become metres. */
 function tileOf(header: Header, levels: readonly Level[], whole: number, decoded: Levels): Tile {
-  const positions = new Float64Array(3 * (decoded.madeAt.length + decoded.restored.length));
-  for (const [points, start] of [[decoded.madeAt, 0], [decoded.restored, 3 * decoded.madeAt.length]] as const) {
-    points.forEach(([x, y, height], at) => {
-      positions[start + 3 * at] = x;
-      positions[start + 3 * at + 1] = y;
-      positions[start + 3 * at + 2] = height * header.heightStep;
-    });
-  }
+  const positions = new Float64Array(decoded.madeAt.length + decoded.restored.length);
+  positions.set(decoded.madeAt);
+  positions.set(decoded.restored, decoded.madeAt.length);
+  for (let at = 2; at < positions.length; at += 3) positions[at]! *= header.heightStep;
   return {
     address: header.address,
     extentBits: header.extentBits,
     levels: levelsOf(levels, whole, decoded),
     positions,
-    representatives: Uint32Array.from(decoded.representatives),
-    corners: Uint32Array.from(decoded.corners),
+    representatives: decoded.representatives.slice(),
+    corners: decoded.corners.slice(),
   };
 }

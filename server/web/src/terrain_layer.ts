@@ -2,20 +2,23 @@
 
 import * as THREE from "three";
 import { degreesOf, keyOf, type Address } from "./address.ts";
-import { Frame } from "./frame.ts";
+import { isFilled } from "./filled.ts";
+import { Frame, tileBounds } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice, type Selection } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
 import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
-import { normalsOf } from "./normals.ts";
+import { normalsOf, squareForLight } from "./normals.ts";
+import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
-import { distanceTo } from "./oriented_box.ts";
+import { distanceTo, solidAngle } from "./oriented_box.ts";
+import type { Spot } from "./spots.ts";
 import { interiorLevels } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
-import type { Tileset } from "./tileset.ts";
+import { isGlobe, type Tileset } from "./tileset.ts";
 
 /** What is on the screen. */
 export interface Stats {
@@ -41,6 +44,13 @@ export interface TileLevelView {
   readonly triangles: number;
 }
 
+/** A vertex and its representative. */
+export interface ForestEdge {
+  /** With which the vertex comes in. */
+  readonly level: number;
+  readonly ends: readonly [THREE.Vector3, THREE.Vector3];
+}
+
 /** How terrain is drawn. */
 export interface TerrainSettings {
   /** Pixels that what is drawn may be off the source. */
@@ -53,6 +63,8 @@ export interface TerrainSettings {
   readonly heights: readonly [number, number] | undefined;
   /** Whether lines of equal height are drawn. */
   readonly contours: boolean;
+  /** Whether ground that was filled is told apart; in the style of certified errors it always is. */
+  readonly filled: boolean;
   readonly wireframe: boolean;
   /** Whether light comes from rasters of normals, which have to be loaded, where the source has them. */
   readonly detailedLight: boolean;
@@ -66,6 +78,7 @@ export const DEFAULT_SETTINGS: TerrainSettings = {
   style: 0,
   heights: undefined,
   contours: false,
+  filled: false,
   wireframe: false,
   detailedLight: true,
   imagery: undefined,
@@ -79,6 +92,15 @@ const CONTOURS_PER_RANGE = 25;
 /** Metres above the ellipsoid from where the ground is looked for, and how far beside a tile, in its widths, it may be found. */
 const [FROM_ABOVE, EDGE] = [100_000, 1e-6];
 
+/** Where a ray meets a tile that is drawn. */
+interface Met {
+  readonly distance: number;
+  readonly height: number;
+  readonly address: Address;
+  /** Of the tile's level, metres. */
+  readonly error: number;
+}
+
 /** A tileset, drawn for a view that moves. */
 export class TerrainLayer {
   readonly group = new THREE.Group();
@@ -87,6 +109,7 @@ export class TerrainLayer {
   readonly box: THREE.Box3;
   readonly uniforms: SharedUniforms;
   private readonly store: TileStore;
+  private readonly morph = new Morph<Choice>((address) => this.store.get(address));
   private readonly normals: SquareRasters<SquareRaster>;
   private pictures: SquareRasters<Picture> | undefined;
   private settings = DEFAULT_SETTINGS;
@@ -107,7 +130,9 @@ export class TerrainLayer {
     private readonly onChange: () => void = () => {},
   ) {
     const { bounds, heights } = tileset.metadata;
-    this.frame = new Frame((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2);
+    const [longitude, latitude] = [(bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2];
+    // A globe is turned about its axis, with the pole that is in the data, or the northern one, on top.
+    this.frame = new Frame(longitude, isGlobe(tileset.metadata) ? (latitude < 0 ? -90 : 90) : latitude);
     this.box = this.frame.box(bounds, heights);
     this.uniforms = {
       exaggeration: { value: 1 },
@@ -118,6 +143,7 @@ export class TerrainLayer {
       clearDistance: { value: 0 },
       style: { value: 0 },
       contours: { value: false },
+      showsFilled: { value: false },
       axis: { value: this.frame.axis },
     };
     this.normals = normalsOf(tileset.source, () => this.invalidate());
@@ -142,12 +168,12 @@ export class TerrainLayer {
   /** Where a ray in the scene first meets the ground that is drawn. */
   hit(ray: THREE.Ray): GroundPoint | undefined {
     const { exaggeration, baseHeight } = this.uniforms;
-    let nearest: { distance: number; height: number; error: number } | undefined;
+    let nearest: Met | undefined;
     for (const { address, error } of this.drawn.values()) {
       const mesh = this.store.get(address)?.mesh;
       if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise)))) continue;
       const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
-      if (found !== undefined) nearest = { ...found, error };
+      if (found !== undefined) nearest = { ...found, address, error };
     }
     return nearest && this.groundPoint(ray, nearest);
   }
@@ -163,20 +189,17 @@ export class TerrainLayer {
       const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
       if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
       const found = this.store.get(address)?.mesh.hit(ray, exaggeration.value, baseHeight.value, Infinity, [x, y]);
-      if (found !== undefined) return { ...this.groundPoint(ray, { ...found, error }), longitude, latitude };
+      if (found !== undefined) return { ...this.groundPoint(ray, { ...found, address, error }), longitude, latitude };
     }
     return undefined;
   }
 
   /** Pieces of the contour lines of the tiles that are in sight, where they are drawn. */
   contourPieces(): ContourPiece[] {
-    const { exaggeration, baseHeight, contourInterval } = this.uniforms;
-    const up = new THREE.Vector3();
-    const raise = (place: THREE.Vector3, height: number) =>
-      place.addScaledVector(up.copy(place).sub(this.frame.earthCentre).normalize(), (exaggeration.value - 1) * (height - baseHeight.value));
+    const { contourInterval } = this.uniforms;
     const meshes = [...this.drawn.values()].flatMap(({ address }) => this.store.get(address)?.mesh ?? []);
     const pieces = meshes.filter(({ object }) => object.visible).flatMap((mesh) => mesh.contours(contourInterval.value));
-    for (const { height, ends } of pieces) for (const end of ends) raise(end, height);
+    for (const { height, ends } of pieces) for (const end of ends) this.raised(end, height);
     return pieces;
   }
 
@@ -200,32 +223,62 @@ export class TerrainLayer {
     });
   }
 
+  /** Of a tile's vertices that come in after its coarsest level: each one's place, its representative's, and which level it comes in with. */
+  forestOf(address: Address): ForestEdge[] {
+    const found = this.store.get(address);
+    if (found === undefined) return [];
+    const { tile, spots } = found;
+    const first = tile.levels[0]!.vertexEnd;
+    const raised = ({ position, height }: Spot) => this.raised(position.clone(), height);
+    let level = 1;
+    return Array.from(tile.representatives.subarray(first), (representative, at) => {
+      const vertex = first + at;
+      while (vertex >= tile.levels[level]!.vertexEnd) level++;
+      return { level, ends: [raised(spots[vertex]!), raised(spots[representative]!)] };
+    });
+  }
+
   /** Draws one tile that is drawn now, alone, at one of its levels; again all that the view needs without one. */
   showAlone(address: Address | undefined, level?: TileLevelView): void {
     this.alone = address && level && { address, ...level.detail, error: level.error };
     this.invalidate();
   }
 
-  private groundPoint(ray: THREE.Ray, nearest: { distance: number; height: number; error: number }): GroundPoint {
+  /** Moves a place of a height to where the exaggeration draws it. */
+  private raised(place: THREE.Vector3, height: number): THREE.Vector3 {
     const { exaggeration, baseHeight } = this.uniforms;
-    const position = ray.at(nearest.distance, new THREE.Vector3());
+    const up = place.clone().sub(this.frame.earthCentre).normalize();
+    return place.addScaledVector(up, (exaggeration.value - 1) * (height - baseHeight.value));
+  }
+
+  private groundPoint(ray: THREE.Ray, { distance, height, address, error }: Met): GroundPoint {
+    const { exaggeration, baseHeight } = this.uniforms;
+    const position = ray.at(distance, new THREE.Vector3());
     const up = position.clone().sub(this.frame.earthCentre).normalize();
-    const raised = (exaggeration.value - 1) * (nearest.height - baseHeight.value);
+    const raised = (exaggeration.value - 1) * (height - baseHeight.value);
     const level = position.clone().addScaledVector(up, -raised);
-    return { ...nearest, position, ...geographic(this.frame, level) };
+    const place = geographic(this.frame, level);
+    return { distance, height, position, ...place, error: this.isFilledAt(address, place) ? undefined : error };
+  }
+
+  private isFilledAt(address: Address, { longitude, latitude }: Pick<GroundPoint, "longitude" | "latitude">): boolean {
+    const filled = this.store.get(address)?.filled;
+    const [[west, south], degrees] = [tileBounds(address), degreesOf(address.zoom)];
+    return filled !== undefined && isFilled(filled, (longitude - west) / degrees, (latitude - south) / degrees);
   }
 
   /** Changes some of the settings. */
   set(changes: Partial<TerrainSettings>): void {
     const { imagery } = this.settings;
     this.settings = { ...this.settings, ...changes };
-    const { exaggeration, style, contours, wireframe } = this.settings;
+    const { exaggeration, style, contours, filled, wireframe } = this.settings;
     this.uniforms.exaggeration.value = exaggeration;
     this.uniforms.style.value = style;
     const [lowest, highest] = this.settings.heights ?? this.tileset.metadata.heights;
     this.uniforms.heights.value.set(lowest, highest);
     this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
     this.uniforms.contours.value = contours;
+    this.uniforms.showsFilled.value = filled || STYLES[style] === "Certified error";
     for (const { address } of this.drawn.values()) this.store.get(address)?.mesh.setWireframe(wireframe);
     if (this.settings.imagery !== imagery) this.changePictures();
     this.invalidate();
@@ -335,7 +388,8 @@ export class TerrainLayer {
     if (this.store.isLoading) return;
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
     if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
-      this.normals.request(seen.map(({ address }) => ({ address, detail: 0 })));
+      const lit = seen.map(({ address }) => squareForLight(address, this.meanPixelsAcross(address, camera)));
+      this.normals.request(lit.map((address) => ({ address, detail: 0 })));
     }
     this.pictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
   }
@@ -354,6 +408,12 @@ export class TerrainLayer {
     return (2 * box.halfSizes[1] * pixelsPerRadian) / Math.abs(this.uniforms.exaggeration.value) / Math.max(distanceTo(box, eye), 1);
   }
 
+  /** And that it covers on the whole: most tiles are seen from aside. */
+  private meanPixelsAcross(address: Address, { eye, pixelsPerRadian }: Camera): number {
+    const seen = Math.sqrt(solidAngle(this.store.bounds(address), eye)) * pixelsPerRadian;
+    return seen / Math.abs(this.uniforms.exaggeration.value);
+  }
+
   private changePictures(): void {
     const { imagery } = this.settings;
     this.pictures?.close();
@@ -364,7 +424,7 @@ export class TerrainLayer {
   private show(choices: readonly Choice[], camera: Camera): void {
     const before = this.shown;
     this.shown = new Map(choices.map((choice) => [keyOf(choice.address), choice]));
-    const moving = new Morph<Choice>((address) => this.store.get(address)).between(before, this.shown);
+    const moving = this.morph.between(before, this.shown);
     this.drawn = new Map(moving.map(({ address, before, after }) => [keyOf(address), { address, error: Math.max(before.error, after.error) }]));
     const hidden = new Set(moving.map(({ after }) => keyOf(after.address)));
     for (const [key, choice] of this.shown) {

@@ -5,6 +5,7 @@ import * as THREE from "three";
 import { degreesOf, type Address } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
 import { firstHit } from "./ground.ts";
+import { FILLED_CELLS, filledTexels } from "./filled.ts";
 import { drawnPrefix, isSameDetail, placesOf, type Detail } from "./partition.ts";
 import { movingPrefix, type Moving, type ShownTile } from "./morph.ts";
 import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
@@ -27,6 +28,8 @@ export interface SharedUniforms {
   readonly style: THREE.IUniform<number>;
   /** Whether lines of equal height are drawn. */
   readonly contours: THREE.IUniform<boolean>;
+  /** Whether ground that was filled is told apart. */
+  readonly showsFilled: THREE.IUniform<boolean>;
 }
 
 /** A straight piece of a line of equal height. */
@@ -63,6 +66,7 @@ export class TileMesh {
   private readonly picturePlace = { value: new THREE.Vector3(0, 0, 0) };
   private readonly pictureRows = { value: new THREE.Vector4(0, 0, 0, 1) };
   private readonly pictureLatitudes = { value: new THREE.Vector2(0, 0) };
+  private readonly filled: THREE.DataTexture | undefined;
   private readonly uniforms: Record<string, THREE.IUniform>;
   private readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.ShaderMaterial>;
   private wire: THREE.LineSegments | undefined;
@@ -70,7 +74,8 @@ export class TileMesh {
   /** What is shown without a move. */
   private resting: Detail | undefined;
 
-  constructor({ tile, spots }: PlacedTile, frame: Frame, shared: SharedUniforms) {
+  /** `filled` has a bit for each cell whose ground was filled, if there are any. */
+  constructor({ tile, spots }: PlacedTile, filled: Uint8Array | undefined, frame: Frame, shared: SharedUniforms) {
     this.tile = tile;
     this.box = new THREE.Box3().setFromPoints(spots.map(({ position }) => position));
     const centre = this.box.getCenter(new THREE.Vector3());
@@ -80,7 +85,8 @@ export class TileMesh {
     this.places = dataTexture(drawnAt, THREE.RGIntegerFormat, THREE.UnsignedIntType, "RG32UI", 2);
     this.geometry.setIndex(new THREE.BufferAttribute(tile.corners, 1));
     this.geometry.boundingSphere = new THREE.Sphere();
-    this.byteLength = this.spots.byteLength + drawnAt.byteLength + tile.corners.byteLength;
+    this.filled = filled && cellTexture(filledTexels(filled));
+    this.byteLength = this.spots.byteLength + drawnAt.byteLength + tile.corners.byteLength + (filled === undefined ? 0 : FILLED_CELLS * FILLED_CELLS);
     this.useSpots(this.ownSpots);
     this.uniforms = {
       ...shared,
@@ -95,6 +101,8 @@ export class TileMesh {
       picturePlace: this.picturePlace,
       pictureRows: this.pictureRows,
       pictureLatitudes: this.pictureLatitudes,
+      filled: { value: this.filled ?? null },
+      hasFilled: { value: filled !== undefined },
       earthCentre: { value: frame.earthCentre.clone().sub(centre) },
     };
     this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(this.uniforms));
@@ -221,7 +229,7 @@ export class TileMesh {
 
   dispose(): void {
     this.useSpots(this.ownSpots);
-    for (const part of [this.geometry, this.ownSpots, this.places, this.surface.material]) part.dispose();
+    for (const part of [this.geometry, this.ownSpots, this.places, this.surface.material, this.filled]) part?.dispose();
     this.wire?.geometry.dispose();
     (this.wire?.material as THREE.Material | undefined)?.dispose();
   }
@@ -234,7 +242,10 @@ export class TileMesh {
 
   private draw(from: Uint32Array, to: Uint32Array, triangles: number): void {
     const texels = this.places.image.data as Uint32Array;
-    for (let vertex = 0; vertex < to.length; vertex++) texels.set([to[vertex]!, from[vertex]!], 2 * vertex);
+    for (let vertex = 0; vertex < to.length; vertex++) {
+      texels[2 * vertex] = to[vertex]!;
+      texels[2 * vertex + 1] = from[vertex]!;
+    }
     this.places.needsUpdate = true;
     this.drawTriangles(triangles);
   }
@@ -255,19 +266,35 @@ class SpotTextures {
   readonly inSquare: Float32Array<ArrayBuffer>;
   readonly positions: THREE.DataTexture;
   readonly squares: THREE.DataTexture;
+  private readonly count: number;
 
+  /** Of a tile's spots; behind those that `own` has, where it is given. */
   constructor(
-    private readonly spots: readonly Spot[],
+    spots: readonly Spot[],
     private readonly address: Address,
     private readonly centre: THREE.Vector3,
+    own?: SpotTextures,
   ) {
-    this.texels = padded(Float32Array, 4 * spots.length, 4);
-    this.inSquare = padded(Float32Array, 2 * spots.length, 2);
-    const [[west, south], degrees] = [tileBounds(address), degreesOf(address.zoom)];
-    spots.forEach(({ longitude, latitude, height, position }, at) => {
-      this.texels.set([position.x - centre.x, position.y - centre.y, position.z - centre.z, height], 4 * at);
-      this.inSquare.set([(longitude - west) / degrees, (latitude - south) / degrees], 2 * at);
-    });
+    const first = own?.count ?? 0;
+    this.count = first + spots.length;
+    this.texels = padded(Float32Array, 4 * this.count, 4);
+    this.inSquare = padded(Float32Array, 2 * this.count, 2);
+    if (own !== undefined) {
+      this.texels.set(own.texels.subarray(0, 4 * first));
+      this.inSquare.set(own.inSquare.subarray(0, 2 * first));
+    }
+    const [west, south] = tileBounds(address);
+    const degrees = degreesOf(address.zoom);
+    for (let at = 0; at < spots.length; at++) {
+      const { longitude, latitude, height, position } = spots[at]!;
+      const [texel, square] = [4 * (first + at), 2 * (first + at)];
+      this.texels[texel] = position.x - centre.x;
+      this.texels[texel + 1] = position.y - centre.y;
+      this.texels[texel + 2] = position.z - centre.z;
+      this.texels[texel + 3] = height;
+      this.inSquare[square] = (longitude - west) / degrees;
+      this.inSquare[square + 1] = (latitude - south) / degrees;
+    }
     this.positions = dataTexture(this.texels, THREE.RGBAFormat, THREE.FloatType, "RGBA32F", 4);
     this.squares = dataTexture(this.inSquare, THREE.RGFormat, THREE.FloatType, "RG32F", 2);
   }
@@ -278,7 +305,7 @@ class SpotTextures {
 
   /** The same and others behind them. */
   with(others: readonly Spot[]): SpotTextures {
-    return new SpotTextures([...this.spots, ...others], this.address, this.centre);
+    return new SpotTextures(others, this.address, this.centre, this);
   }
 
   dispose(): void {
@@ -303,6 +330,12 @@ function dataTexture(
   const rows = texels.length / channels / TEXTURE_WIDTH;
   const texture = new THREE.DataTexture(texels, TEXTURE_WIDTH, rows, format, type);
   texture.internalFormat = internalFormat;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+function cellTexture(texels: Uint8Array<ArrayBuffer>): THREE.DataTexture {
+  const texture = new THREE.DataTexture(texels, FILLED_CELLS, FILLED_CELLS, THREE.RedFormat, THREE.UnsignedByteType);
   texture.needsUpdate = true;
   return texture;
 }

@@ -6,7 +6,8 @@ import { grown, type OrientedBox } from "./oriented_box.ts";
 import { triangleCount } from "./partition.ts";
 import type { Hierarchy, Level, TileRequest } from "./select.ts";
 import { placed, type PlacedTile } from "./spots.ts";
-import { HeaderCut, interiorLevels, TileDecoder, TileError, type Tile } from "./spt.ts";
+import { HeaderCut, interiorLevels, TileError, type Level as TileLevel, type Tile } from "./spt.ts";
+import { tileDecoders, type Decoding } from "./tile_decoders.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
 import type { Tileset } from "./tileset.ts";
 
@@ -23,6 +24,8 @@ const ALL_SIDES = [true, true, true, true];
 /** What of a tile is drawn. */
 interface Drawable extends PlacedTile {
   readonly mesh: TileMesh;
+  /** A bit for each cell whose ground was filled; undefined where all was measured. */
+  readonly filled: Uint8Array | undefined;
   /** How many levels it has. */
   readonly there: number;
   /** The interior ones of the whole tile. */
@@ -30,7 +33,7 @@ interface Drawable extends PlacedTile {
 }
 
 interface LoadedTile {
-  decoder: TileDecoder;
+  decoding: Decoding;
   /** Behind what was decoded until there is a time to take it up. */
   drawable: Drawable;
   /** Number of the selection that last asked for it. */
@@ -105,16 +108,17 @@ export class TileStore implements Hierarchy {
   }
 
   /** What a tile's header says of its levels, the four sides among them. */
-  allLevels(address: Address): TileDecoder["levels"] {
-    return this.loaded.get(keyOf(address))?.decoder.levels ?? [];
+  allLevels(address: Address): readonly TileLevel[] {
+    return this.loaded.get(keyOf(address))?.decoding.levels ?? [];
   }
 
   /** Lets levels be drawn that have come in since. It takes the place of tiles and meshes, so that what is drawn has to be shown anew. */
   takeUp(): void {
     for (const [key, entry] of this.loaded) {
-      if (entry.decoder.levelsThere === entry.drawable.there) continue;
+      const { tile, levelsThere } = entry.decoding;
+      if (tile === undefined || levelsThere === entry.drawable.there) continue;
       entry.drawable.mesh.dispose();
-      this.keep(key, entry.decoder);
+      this.keep(key, entry.decoding, tile);
     }
   }
 
@@ -144,7 +148,7 @@ export class TileStore implements Hierarchy {
     const now = Date.now();
     const ready = this.missing.filter(({ address, levels }) => {
       const key = keyOf(address);
-      const isThere = (this.loaded.get(key)?.decoder.levelsThere ?? 0) >= levels;
+      const isThere = (this.loaded.get(key)?.decoding.levelsThere ?? 0) >= levels;
       return !isThere && !this.underway.has(key) && (this.retryAt.get(key) ?? 0) <= now;
     });
     for (const tile of ready.slice(0, Math.max(0, PARALLEL_REQUESTS - this.underway.size))) void this.load(tile);
@@ -154,16 +158,17 @@ export class TileStore implements Hierarchy {
     const key = keyOf(address);
     const controller = new AbortController();
     this.underway.set(key, controller);
+    let decoding = this.broken.has(key) ? undefined : this.loaded.get(key)?.decoding;
     try {
-      const known = this.broken.has(key) ? undefined : this.loaded.get(key)?.decoder;
-      const decoder = known ?? (await this.begin(address, controller.signal));
-      await this.goOn(decoder, levels, controller.signal);
-      if (!this.isClosed) this.accept(key, decoder);
+      decoding ??= await this.begin(address, controller.signal);
+      decoding = await this.goOn(decoding, levels, controller.signal);
+      if (decoding.levelsThere < Math.min(levels, decoding.ends.length)) throw new Error("the levels are cut off");
       this.failure = undefined;
     } catch (error) {
       if (error instanceof TileError) this.broken.add(key);
       if (!controller.signal.aborted) this.fail(key, error);
     }
+    if (decoding !== undefined) this.accept(key, decoding);
     this.underway.delete(key);
     if (this.isClosed) return;
     // The line is not idle until the next frame.
@@ -172,13 +177,13 @@ export class TileStore implements Hierarchy {
   }
 
   /** The first bytes of a tile, at least its header. */
-  private async begin(address: Address, signal: AbortSignal): Promise<TileDecoder> {
+  private async begin(address: Address, signal: AbortSignal): Promise<Decoding> {
     for (let count = FIRST_BYTES; ; count *= 4) {
       const bytes = await this.bytes(address, 0, count, signal);
       try {
-        const decoder = new TileDecoder(bytes);
-        if (keyOf(decoder.address) !== keyOf(address)) throw new Error(`there is tile ${keyOf(decoder.address)}`);
-        return decoder;
+        const decoding = await tileDecoders.begin(bytes);
+        if (keyOf(decoding.address) !== keyOf(address)) throw new Error(`there is tile ${keyOf(decoding.address)}`);
+        return decoding;
       } catch (error) {
         if (!(error instanceof HeaderCut) || bytes.length < count) throw error;
       }
@@ -186,34 +191,38 @@ export class TileStore implements Hierarchy {
   }
 
   /** Loads a tile's bytes up to the end of so many levels. */
-  private async goOn(decoder: TileDecoder, levels: number, signal: AbortSignal): Promise<void> {
-    const end = decoder.ends[Math.min(levels, decoder.ends.length) - 1]!;
-    if (decoder.bytesThere >= end) return;
-    const bytes = await this.bytes(decoder.address, decoder.bytesThere, end - decoder.bytesThere, signal);
-    decoder.add(bytes);
-    if (decoder.bytesThere < end) throw new Error("the levels are cut off");
+  private async goOn(decoding: Decoding, levels: number, signal: AbortSignal): Promise<Decoding> {
+    const end = decoding.ends[Math.min(levels, decoding.ends.length) - 1]!;
+    if (decoding.bytesThere >= end) return decoding;
+    const bytes = await this.bytes(decoding.address, decoding.bytesThere, end - decoding.bytesThere, signal);
+    return tileDecoders.goOn(decoding, bytes);
   }
 
   private async bytes(address: Address, from: number, count: number, signal: AbortSignal): Promise<Uint8Array> {
     const bytes = await this.tileset.source.tile(address, from, count, signal);
+    // What was given up meanwhile may be forgotten by those who would decode it.
+    signal.throwIfAborted();
     this.bytesLoaded += bytes.length;
     return bytes;
   }
 
   /** What is drawn of a tile already is only replaced by {@link takeUp}. */
-  private accept(key: string, decoder: TileDecoder): void {
+  private accept(key: string, decoding: Decoding): void {
     const known = this.loaded.get(key);
-    if (known === undefined) this.keep(key, decoder);
-    else known.decoder = decoder;
+    if (known?.decoding === decoding) return;
     this.broken.delete(key);
+    if (this.isClosed || decoding.tile === undefined) tileDecoders.forget(decoding);
+    else if (known === undefined) this.keep(key, decoding, decoding.tile);
+    else known.decoding = decoding;
   }
 
-  private keep(key: string, decoder: TileDecoder): void {
-    const tile = placed(decoder.tile(), this.frame);
-    const mesh = new TileMesh(tile, this.frame, this.shared);
-    const drawable = { ...tile, mesh, there: decoder.levelsThere, levels: levelsOf(decoder, mesh) };
-    this.loaded.set(key, { decoder, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
-    this.boxes.set(key, this.boxOf(tile.tile));
+  private keep(key: string, decoding: Decoding, decoded: Tile): void {
+    const tile = placed(decoded, this.frame);
+    const { filled } = decoding;
+    const mesh = new TileMesh(tile, filled, this.frame, this.shared);
+    const drawable = { ...tile, mesh, filled, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
+    this.loaded.set(key, { decoding, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
+    this.boxes.set(key, this.boxOf(decoded));
   }
 
   /** Holds the tile and all below it: whatever is drawn there is as near to the source as the tile's finest surface is. */
@@ -245,7 +254,11 @@ export class TileStore implements Hierarchy {
   }
 
   private drop(key: string): void {
-    this.loaded.get(key)?.drawable.mesh.dispose();
+    const dropped = this.loaded.get(key);
+    if (dropped === undefined) return;
+    this.underway.get(key)?.abort();
+    tileDecoders.forget(dropped.decoding);
+    dropped.drawable.mesh.dispose();
     this.loaded.delete(key);
   }
 
@@ -263,7 +276,7 @@ export class TileStore implements Hierarchy {
 }
 
 /** The interior levels of a tile; the finest with all sides fine. Its mesh holds those that are there. */
-function levelsOf({ levels }: TileDecoder, mesh: TileMesh): readonly Level[] {
+function levelsOf({ levels }: Decoding, mesh: TileMesh): readonly Level[] {
   const count = interiorLevels({ levels });
   return levels.slice(0, count).map(({ error }, interior) => {
     const triangles = triangleCount({ levels }, { interior, fineSides: interior + 1 === count ? ALL_SIDES : [] });

@@ -24,6 +24,13 @@ export interface Metadata {
   /** Lowest and highest height, metres. */
   readonly heights: readonly [number, number];
   readonly max_zoom: number;
+  /** What the archive was made with. */
+  readonly asked?: {
+    readonly reading?: {
+      /** The ground is nowhere on the Earth: its plane is laid around 0° N, 0° E. */
+      readonly local?: boolean;
+    };
+  };
   readonly zooms: readonly Zoom[];
   readonly source?: {
     readonly vertical_datum?: string;
@@ -47,6 +54,19 @@ export interface Tileset {
   readonly source: TileSource;
 }
 
+/** Data that are wider are seen from all around. */
+const GLOBE_DEGREES = 60;
+
+/** Whether the data are so much of the Earth that there is no up which is nearly the same for all of them. */
+export function isGlobe({ bounds: [west, south, east, north] }: Metadata): boolean {
+  return Math.max(east - west, north - south) > GLOBE_DEGREES;
+}
+
+/** Whether the ground of a tileset is nowhere on the Earth. */
+export function isLocal({ asked }: Metadata): boolean {
+  return asked?.reading?.local === true;
+}
+
 /** What the heights of a tileset are above. */
 export function datumOf({ source }: Metadata): string {
   return source?.heights_above || source?.vertical_datum || "unspecified";
@@ -57,6 +77,7 @@ export function heightsAbove(metadata: Metadata): string {
   const { source } = metadata;
   const datum = source?.vertical_datum || "unspecified";
   const above = datumOf(metadata);
+  if (isLocal(metadata)) return "Metres on a plane that is nowhere on the Earth";
   const grid = source?.geoid ? ` by ${source.geoid}` : "";
   return above === datum ? `Heights above: ${above}` : `Heights above: ${above}, from ${datum}${grid}`;
 }

@@ -8,8 +8,8 @@ import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
 import type { ContourPiece } from "./tile_mesh.ts";
-import { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
-import type { Tileset } from "./tileset.ts";
+import { DEFAULT_SETTINGS, TerrainLayer, type ForestEdge, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
+import { isGlobe, type Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
 /** Of the first view: looking north-north-west, this far down. */
@@ -56,7 +56,6 @@ export class Viewer {
     this.camera.up.set(0, 0, 1);
     this.scene.add(skyMesh());
     this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.maxPolarAngle = THREE.MathUtils.degToRad(89);
     this.orbit.zoomToCursor = true;
     this.orbit.keyPanSpeed = KEY_PIXELS;
     this.orbit.minDistance = 2 * CLEARANCE;
@@ -77,6 +76,8 @@ export class Viewer {
     this.layer = new TerrainLayer(tileset, () => this.redraw());
     this.layer.set(this.settings);
     this.scene.add(this.layer.group);
+    // Of most of the Earth, the far side has its ground above the eye.
+    this.orbit.maxPolarAngle = isGlobe(tileset.metadata) ? Math.PI : THREE.MathUtils.degToRad(89);
     this.lookAtAll();
   }
 
@@ -139,6 +140,11 @@ export class Viewer {
     return address && { address, levels: this.layer!.levelsOf(address) };
   }
 
+  /** The forest of representatives of a tile. */
+  forestOf(address: Address): readonly ForestEdge[] {
+    return this.layer?.forestOf(address) ?? [];
+  }
+
   /** Draws a tile alone, at one of its levels; all again without one. */
   showAlone(address: Address | undefined, level?: TileLevelView): void {
     this.layer?.showAlone(address, level);
@@ -188,21 +194,25 @@ export class Viewer {
   get pose(): Pose | undefined {
     if (this.layer === undefined) return undefined;
     const { longitude, latitude } = geographic(this.layer.frame, this.camera.position);
-    const toEye = this.camera.position.clone().sub(this.layer.frame.position(longitude, latitude, 0));
-    const height = toEye.dot(this.up(this.layer));
+    const { east, north, up } = this.layer.frame.axesAt(longitude, latitude);
+    const height = this.camera.position.clone().sub(this.layer.frame.position(longitude, latitude, 0)).dot(up);
     const ahead = this.camera.getWorldDirection(new THREE.Vector3());
-    const azimuth = (THREE.MathUtils.radToDeg(Math.atan2(ahead.x, ahead.y)) + 360) % 360;
-    return { longitude, latitude, height, azimuth, down: THREE.MathUtils.radToDeg(Math.asin(-ahead.z)) };
+    const azimuth = (THREE.MathUtils.radToDeg(Math.atan2(ahead.dot(east), ahead.dot(north))) + 360) % 360;
+    const down = THREE.MathUtils.radToDeg(Math.asin(THREE.MathUtils.clamp(-ahead.dot(up), -1, 1)));
+    return { longitude, latitude, height, azimuth, down };
   }
 
   /** Looks from where a pose is. */
   setPose({ longitude, latitude, height, azimuth, down }: Pose): void {
-    const eye = this.layer?.frame.position(longitude, latitude, height);
-    if (eye === undefined) return;
+    if (this.layer === undefined) return;
+    const { frame, tileset } = this.layer;
+    const eye = frame.position(longitude, latitude, height);
+    const { east, north, up } = frame.axesAt(longitude, latitude);
     const [azimuthRadians, downRadians] = [azimuth, down].map(THREE.MathUtils.degToRad) as [number, number];
     const level = Math.cos(downRadians);
-    const ahead = new THREE.Vector3(level * Math.sin(azimuthRadians), level * Math.cos(azimuthRadians), -Math.sin(downRadians));
-    const distance = THREE.MathUtils.clamp((eye.z - this.layer!.box.min.z) / Math.max(Math.sin(downRadians), 0.05), 10, this.orbit.maxDistance);
+    const ahead = east.multiplyScalar(level * Math.sin(azimuthRadians)).addScaledVector(north, level * Math.cos(azimuthRadians));
+    ahead.addScaledVector(up, -Math.sin(downRadians));
+    const distance = THREE.MathUtils.clamp((height - tileset.metadata.heights[0]) / Math.max(Math.sin(downRadians), 0.05), 10, this.orbit.maxDistance);
     this.camera.position.copy(eye);
     this.orbit.target.copy(eye).addScaledVector(ahead, distance);
     this.orbit.update();

@@ -40,9 +40,9 @@ function splitsOf(address) {
   const { split } = Surface.prototype;
   // The surface that is decoded tells each split, and the star that it is in.
   Surface.prototype.split = function (red, ring, ...rest) {
-    const corners = this.origins.length;
+    const edges = this.edgeCount;
     const isDone = split.call(this, red, ring, ...rest);
-    splits.push({ red, blue: this.positions.length - 1, star: [...ring.vertices], triangles: (this.origins.length - corners) / 3 });
+    splits.push({ red, blue: this.vertexCount - 1, star: [...ring.vertices.subarray(0, ring.vertexCount)], triangles: (this.edgeCount - edges) / 3 });
     return isDone;
   };
   const tile = decodeTile(tileBytes.get(keyOf(address)));

@@ -17,11 +17,13 @@ const REST_MILLISECONDS = 3000;
 /** Places of the picture, right of the panel and below the horizon, that ground has to cover. */
 const BELOW = [-0.1, 0.3, 0.6, 0.9].flatMap((x) => [-0.15, -0.4, -0.65].map((y) => [x, y]));
 
-let browser, nginx, tilesets;
+let browser, nginx, tilesets, heights;
 const complaints = [];
 
 before(async () => {
-  tilesets = (await fetch(new URL("tilesets", process.env.TERRAIN_URL)).then((answer) => answer.json())).map(({ name }) => name);
+  const listed = await fetch(new URL("tilesets", process.env.TERRAIN_URL)).then((answer) => answer.json());
+  tilesets = listed.map(({ name }) => name);
+  heights = Object.fromEntries(listed.map(({ name, metadata }) => [name, metadata.heights]));
   nginx = await serveByNginx(HOME);
   browser = await launch();
 });
@@ -76,7 +78,7 @@ async function openedInCesium(name, start, pixels) {
   page.on("requestfinished", (request) => {
     if (request.url().includes(".terrain")) sizes.push(request.sizes().then(({ responseBodySize }) => (bytes += responseBodySize)));
   });
-  const query = new URLSearchParams({ tileset: new URL(name, process.env.TERRAIN_URL), pixels, pose: JSON.stringify(start) });
+  const query = new URLSearchParams({ tileset: new URL(name, process.env.TERRAIN_URL), pixels, pose: JSON.stringify(start), heights: heights[name] });
   const since = await openedOn(page, `${nginx.url}test/flight_cesium.html?${query}`, "**/layer.json");
   await page.waitForFunction(() => window.isReady && window.isSettled(), undefined, { timeout: SETTLE_MILLISECONDS });
   const milliseconds = Math.round(performance.now() - since - REST_MILLISECONDS);

@@ -44,7 +44,7 @@ test("the table has the heights of the server, within both errors", async () => 
   const { name, text } = await saved("#path-csv");
   assert.equal(name, "profile.csv");
   const [head, ...rows] = text.trim().split("\r\n").map((row) => row.split(","));
-  assert.deepEqual(head, ["distance_m", "longitude", "latitude", "height_m", "certified_error_m"]);
+  assert.deepEqual(head, ["distance_m", "longitude", "latitude", "height_m", "certified_error_m", "status"]);
   assert.ok(rows.length > 200, `${rows.length} rows`);
   const [{ name: tileset }] = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json()));
   let compared = 0;

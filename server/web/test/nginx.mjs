@@ -7,12 +7,12 @@ import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-/** The address of a folder, the program's log of requests, and what ends it. */
-export async function serveByNginx(folder) {
+/** The address of a folder, the program's log of requests, and what ends it. It adds headers to its answers. */
+export async function serveByNginx(folder, headers = {}) {
   const port = await freePort();
   const home = await mkdtemp(join(tmpdir(), "terrain-nginx-"));
   const log = join(home, "requests");
-  await writeFile(join(home, "nginx.conf"), configuration(home, folder, port, log));
+  await writeFile(join(home, "nginx.conf"), configuration(home, folder, port, log, headers));
   const nginx = spawn("nginx", ["-e", "stderr", "-p", home, "-c", join(home, "nginx.conf")], { stdio: ["ignore", "ignore", "inherit"] });
   const url = `http://127.0.0.1:${port}/`;
   await waitUntilAnswered(url);
@@ -24,7 +24,8 @@ export async function serveByNginx(folder) {
   return { url, log, stop };
 }
 
-function configuration(home, folder, port, log) {
+function configuration(home, folder, port, log, headers) {
+  const added = Object.entries(headers).map(([name, value]) => `add_header ${name} "${value}";`);
   const temporary = ["client_body", "proxy", "fastcgi", "uwsgi", "scgi"].map((kind) => `${kind}_temp_path ${home}/${kind};`);
   return `daemon off; pid ${home}/pid; events {}
     ${process.getuid() === 0 ? "user root;" : ""}
@@ -33,6 +34,7 @@ function configuration(home, folder, port, log) {
       log_format plain "$status $request_uri $body_bytes_sent";
       access_log ${log} plain;
       types { text/html html; text/css css; text/javascript js; application/json json; }
+      ${added.join(" ")}
       gzip on; gzip_types text/javascript;
       server { listen 127.0.0.1:${port}; root ${folder}; }
     }`;

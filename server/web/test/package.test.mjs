@@ -63,6 +63,7 @@ test("a page of ten lines draws an archive that nginx serves, by ranges of it", 
   for (const end = Date.now() + LONGEST_WAIT; !isDrawn() && Date.now() < end; await page.waitForTimeout(500)) {
     seen = describe(await pixelsOf(page, CLIP));
   }
+  assert.ok(page.workers().length > 0, "tiles are decoded beside the page");
   await page.close();
   assert.ok(isDrawn(), `${seen.colours} colours, ${seen.groundShare} ground`);
   const log = await readFile(nginx.log, "utf8");
@@ -88,6 +89,16 @@ test("the page of the server shows the archive from nginx, and says so where the
   await lost.goto(`${nginx.url}page/index.html?archive=index.html`);
   await lost.waitForFunction(() => document.querySelector("#message").textContent.startsWith("index.html cannot be read"));
   await lost.close();
+});
+
+test("where workers are not to be had, the page decodes tiles itself", async () => {
+  const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  await page.route("**/tile_worker*", (route) => route.abort());
+  await page.goto(`${nginx.url}page/index.html?archive=../terrain.pmtiles`);
+  await page.waitForFunction(() => window.terrain !== undefined);
+  await page.evaluate(() => window.terrain.settled());
+  assert.ok((await page.evaluate(() => window.terrain.stats())).triangles > 1000);
+  await page.close();
 });
 
 test("a program in TypeScript that uses it has its types", async () => {

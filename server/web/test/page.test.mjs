@@ -212,9 +212,42 @@ test("on a phone the panel is folded and opens", async () => {
   await phone.waitForFunction(() => window.terrain !== undefined);
   const folded = await phone.locator("#panel").boundingBox();
   assert.ok(folded.width * folded.height < 0.05 * 360 * 640, JSON.stringify(folded));
-  await phone.click("#panel summary");
-  assert.ok(await phone.isVisible("#pixels"));
+  await phone.click("#panel > summary");
+  assert.ok(await phone.isVisible("#pixels") && (await phone.isHidden("#wireframe")));
+  await phone.click("#more > summary");
+  assert.ok(await phone.isVisible("#wireframe"));
   await phone.close();
+});
+
+/** Of what is on the page, the pairs that cover each other, and what is partly off the page. */
+const overlaps = (shown) =>
+  shown.evaluate(() => {
+    const ids = ["panel", "north", "loading", "message", "levels", "measure", "bar"];
+    const boxes = ids.map((id) => [id, document.getElementById(id).getBoundingClientRect()]).filter(([, { width }]) => width > 0);
+    const isOff = ({ left, top, right, bottom }) => left < 0 || top < 0 || right > innerWidth || bottom > innerHeight;
+    const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+    const pairs = boxes.flatMap(([one, a], at) => boxes.slice(at + 1).flatMap(([other, b]) => (meet(a, b) ? [`${one} ${other}`] : [])));
+    return [...pairs, ...boxes.flatMap(([id, box]) => (isOff(box) ? [`${id} is off`] : []))];
+  });
+
+test("nothing covers anything else, on a phone or a larger page, with all that there is open", async () => {
+  for (const viewport of [{ width: 360, height: 640 }, { width: 640, height: 480 }, { width: 800, height: 560 }]) {
+    const shown = await browser.newPage({ viewport });
+    await shown.goto(process.env.TERRAIN_URL);
+    await shown.waitForFunction(() => window.terrain !== undefined);
+    await shown.evaluate(() => window.terrain.settled());
+    await shown.mouse.move(viewport.width / 2, viewport.height / 2);
+    assert.deepEqual(await overlaps(shown), [], `${viewport.width}, at first`);
+    for (const id of ["panel", "more", "figures"]) await shown.evaluate((id) => (document.getElementById(id).open = true), id);
+    assert.deepEqual(await overlaps(shown), [], `${viewport.width}, with the panel`);
+    for (const id of ["measuring", "filled"]) await shown.evaluate((id) => document.getElementById(id).click(), id);
+    assert.deepEqual(await overlaps(shown), [], `${viewport.width}, with the panel, measuring`);
+    if (viewport.width < 600) await shown.click("#panel > summary");
+    for (const share of [0.55, 0.7]) await shown.mouse.click(viewport.width * share, 0.45 * viewport.height);
+    await shown.waitForSelector("#profile canvas");
+    assert.deepEqual(await overlaps(shown), [], `${viewport.width}, with a profile`);
+    await shown.close();
+  }
 });
 
 test("light by normals changes the picture, not the triangles", async () => {
@@ -260,6 +293,13 @@ test("the tile in the middle is shown alone, finer from level to level", async (
     assert.ok((await page.textContent("#level-text")).includes(`${triangles.toLocaleString("en")} triangles`));
     seen.push({ triangles, error });
   }
+  await page.check("#forest");
+  await settledStats();
+  await page.waitForTimeout(500);
+  const withForest = await pixels();
+  await page.uncheck("#forest");
+  await settledStats();
+  assert.ok(changedShare(withForest, await pixels()) > 0.02, "the forest of representatives is drawn");
   assert.ok(count > 2 && seen.every((now, at) => at === 0 || (now.triangles > seen[at - 1].triangles && now.error <= seen[at - 1].error)), JSON.stringify(seen));
   await page.uncheck("#tile-levels");
   // What was finer may stay so: not all is as it was, to the triangle.

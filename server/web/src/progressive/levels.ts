@@ -1,14 +1,16 @@
 // The levels of a tile out of their bytes: a base mesh, then vertex splits; docs/formats/spm.md is the definition.
 
+import { grown } from "./arrays.ts";
 import { NumberModel } from "./number_model.ts";
 import { probabilities, RangeDecoder } from "./range_decoder.ts";
-import { SplitDecoder, type Sampling, type Split } from "./split_decoder.ts";
-import { Surface, type Point } from "./surface.ts";
+import { SplitDecoder, type Sampling } from "./split_decoder.ts";
+import { MOST_NEIGHBOURS, Ring, setPoint, Surface, type Point } from "./surface.ts";
 
 const VALENCES = 12;
-const MAX_VALENCE = 1024;
 const USUAL_DISTANCE = 16384;
 const USUAL_GAP = 4;
+/** Vertices that there is room for once there are more than those of the base. */
+const LEAST_GROWN = 1024;
 
 /** Makes the surface of level 0, any level after it, one in which only vertices of the boundary split. */
 const Stage = { Base: 0, Level: 1, Boundary: 2 } as const;
@@ -16,8 +18,9 @@ type Stage = (typeof Stage)[keyof typeof Stage];
 
 /** What is known of the levels before their bytes are read. */
 export interface Frame {
-  readonly low: Point;
-  readonly high: Point;
+  /** Lowest and highest coordinates. */
+  readonly low: readonly [number, number, number];
+  readonly high: readonly [number, number, number];
   readonly sampling: Sampling | undefined;
   /** The first of the levels that split vertices of the boundary only. */
   readonly boundaryFrom: number;
@@ -36,12 +39,14 @@ export interface Run {
   readonly triangleEnd: number;
 }
 
-/** All levels as one partition; see {@link Tile}. Of a level that is cut it has the splits that are whole. */
+/** All levels as one partition, in arrays that decoding goes on in; see {@link Tile}. Of a level that is cut it has the splits that are whole. */
 export interface Levels {
-  readonly madeAt: readonly Point[];
-  readonly restored: readonly Point[];
-  readonly representatives: readonly number[];
-  readonly corners: readonly number[];
+  /** Three coordinates a vertex: where it was made. */
+  readonly madeAt: Float64Array;
+  /** And where its representative goes when it comes in. */
+  readonly restored: Float64Array;
+  readonly representatives: Uint32Array;
+  readonly corners: Uint32Array;
 }
 
 /** Bytes that make no surface. */
@@ -78,18 +83,22 @@ function check(condition: boolean, message: string): asserts condition {
   if (!condition) throw new LevelError(message);
 }
 
-function isInside({ low, high }: Frame, position: Point): boolean {
-  return position.every((coordinate, axis) => coordinate >= low[axis]! && coordinate <= high[axis]!);
+function isInside({ low, high }: Frame, point: Point): boolean {
+  return isBetween(point[0]!, low[0], high[0]) && isBetween(point[1]!, low[1], high[1]) && isBetween(point[2]!, low[2], high[2]);
+}
+
+function isBetween(number: number, low: number, high: number): boolean {
+  return number >= low && number <= high;
 }
 
 function readBase(decoder: RangeDecoder, frame: Frame): Surface {
   const [models, gaps] = [[0, 1, 2].map(() => new NumberModel()), new NumberModel()];
-  const positions: Point[] = [];
-  let previous = frame.low;
+  const positions: number[] = [];
+  const position = Float64Array.from(frame.low);
   for (let vertex = 0; vertex < frame.baseVertices; vertex++) {
-    previous = previous.map((from, axis) => from + models[axis]!.read(decoder, USUAL_DISTANCE, 0)) as unknown as Point;
-    check(isInside(frame, previous) && !decoder.isExhausted, `base vertex ${vertex} is out of range`);
-    positions.push(previous);
+    models.forEach((model, axis) => (position[axis]! += model.read(decoder, USUAL_DISTANCE, 0)));
+    check(isInside(frame, position) && !decoder.isExhausted, `base vertex ${vertex} is out of range`);
+    positions.push(...position);
   }
   const corners: number[] = [];
   let next = 0;
@@ -101,83 +110,105 @@ function readBase(decoder: RangeDecoder, frame: Frame): Surface {
       if (back === 0) next++;
     }
     const [a, b, c] = corners.slice(-3);
-    const isTriangle = a !== b && b !== c && c !== a && next <= positions.length;
+    const isTriangle = a !== b && b !== c && c !== a && next <= frame.baseVertices;
     check(isTriangle && !decoder.isExhausted, `base triangle ${triangle} is none`);
   }
   return new Surface(positions, corners);
 }
 
 class LevelReader {
-  private readonly madeAt: Point[];
-  private readonly restored: Point[];
-  private readonly representatives: number[];
+  private capacity: number;
+  private madeAt: Float64Array;
+  private restored: Float64Array;
+  private representatives: Uint32Array;
   private readonly splits: SplitDecoder;
-  private readonly answers = Array.from({ length: 12 }, () => probabilities(VALENCES));
+  private readonly answers = probabilities(12 * VALENCES);
+  private readonly ring = new Ring();
   private queue: number[] = [];
-  private isQueued: boolean[] = [];
+  private isQueued: Uint8Array;
 
   constructor(
     private readonly frame: Frame,
     private readonly surface: Surface,
   ) {
-    this.madeAt = [...surface.positions];
-    this.restored = [...surface.positions];
-    this.representatives = surface.positions.map((_, vertex) => vertex);
-    this.splits = new SplitDecoder(frame.sampling, surface.positions, frame.opensHoles);
+    this.capacity = surface.vertexCount;
+    this.madeAt = surface.positions.slice();
+    this.restored = surface.positions.slice();
+    this.representatives = Uint32Array.from({ length: this.capacity }, (_, vertex) => vertex);
+    this.isQueued = new Uint8Array(this.capacity);
+    this.splits = new SplitDecoder(frame.sampling, surface, frame.opensHoles);
   }
 
   levels(): Levels {
-    const { madeAt, restored, representatives, surface } = this;
-    return { madeAt, restored, representatives, corners: surface.origins };
+    const { vertexCount, edgeCount, origins } = this.surface;
+    return {
+      madeAt: this.madeAt.subarray(0, 3 * vertexCount),
+      restored: this.restored.subarray(0, 3 * vertexCount),
+      representatives: this.representatives.subarray(0, vertexCount),
+      corners: origins.subarray(0, edgeCount),
+    };
   }
 
   read(decoder: RangeDecoder, stage: Stage, { vertexEnd, triangleEnd, isCut }: Run): void {
-    check(vertexEnd >= this.madeAt.length, "a level has fewer vertices than its base");
-    const count = this.madeAt.length;
-    this.queue = this.madeAt.map((_, vertex) => vertex);
-    this.isQueued = this.madeAt.map(() => true);
-    for (let asked = 0; this.madeAt.length < vertexEnd; asked++) {
+    const count = this.surface.vertexCount;
+    check(vertexEnd >= count, "a level has fewer vertices than its base");
+    this.queue = Array.from({ length: count }, (_, vertex) => vertex);
+    this.isQueued.fill(1, 0, count);
+    for (let asked = 0; this.surface.vertexCount < vertexEnd; asked++) {
       const vertex = this.queue[asked];
       if (!decoder.isExhausted) check(vertex !== undefined, "too few vertices split");
       const isDone = vertex === undefined || !this.ask(decoder, stage, vertex, asked >= count);
       if (isDone && isCut) return;
       check(!isDone, "the bytes of a level end early");
     }
-    check(this.surface.origins.length === 3 * triangleEnd, "a level has another number of triangles");
+    check(this.surface.edgeCount === 3 * triangleEnd, "a level has another number of triangles");
   }
 
   /** Reads whether a vertex splits, and how; false where the bytes end. */
   private ask(decoder: RangeDecoder, stage: Stage, vertex: number, isAskedAgain: boolean): boolean {
-    this.isQueued[vertex] = false;
-    if (!this.canSplit(stage, vertex)) return true;
-    const context = 4 * stage + 2 * Number(this.surface.isClosed(vertex)) + Number(isAskedAgain);
-    const valence = Math.min(this.surface.valence(vertex), VALENCES - 1);
-    return !decoder.bit(this.answers[context]![valence]!) || this.split(decoder, stage, vertex);
-  }
-
-  private canSplit(stage: Stage, vertex: number): boolean {
-    const valence = this.surface.valence(vertex);
-    return valence >= 2 && valence <= MAX_VALENCE && (stage !== Stage.Boundary || !this.surface.isClosed(vertex));
+    this.isQueued[vertex] = 0;
+    const valence = this.surface.valences[vertex]!;
+    const isClosed = this.surface.closed[vertex]!;
+    if (valence < 2 || valence > MOST_NEIGHBOURS || (stage === Stage.Boundary && isClosed === 1)) return true;
+    const context = 4 * stage + 2 * isClosed + Number(isAskedAgain);
+    const answer = decoder.bit(this.answers, context * VALENCES + Math.min(valence, VALENCES - 1));
+    return answer === 0 || this.split(decoder, stage, vertex);
   }
 
   private split(decoder: RangeDecoder, stage: Stage, vertex: number): boolean {
-    const ring = this.surface.walk(vertex);
-    const split = this.splits.read(decoder, this.surface, vertex, ring, stage === Stage.Base);
+    const { surface, ring } = this;
+    const blue = surface.vertexCount;
+    if (blue === this.capacity) this.reserve(Math.max(2 * blue, LEAST_GROWN));
+    surface.walk(vertex, ring);
+    this.splits.read(decoder, vertex, ring, stage === Stage.Base);
+    const { split } = this.splits;
     if (decoder.isExhausted) return false;
     check(isInside(this.frame, split.blue) && isInside(this.frame, split.red), "a vertex is outside the tile");
-    check(this.surface.split(vertex, ring, split.cuts, split.blue), "a star cannot be cut so");
-    this.surface.positions[vertex] = split.red;
-    this.note(stage, vertex, split);
-    for (const neighbour of [this.madeAt.length - 1, vertex, ...ring.vertices]) {
-      if (this.isQueued[neighbour] !== true) this.queue.push(neighbour);
-      this.isQueued[neighbour] = true;
-    }
+    check(surface.split(vertex, ring, split, split.blue), "a star cannot be cut so");
+    setPoint(surface.positions, vertex, split.red);
+    this.representatives[blue] = stage === Stage.Base ? blue : vertex;
+    setPoint(this.madeAt, blue, split.blue);
+    setPoint(this.restored, blue, stage === Stage.Base ? split.blue : split.red);
+    this.enqueue(blue);
+    this.enqueue(vertex);
+    for (let place = 0; place < ring.vertexCount; place++) this.enqueue(ring.vertices[place]!);
     return true;
   }
 
-  private note(stage: Stage, vertex: number, { blue, red }: Split): void {
-    this.representatives.push(stage === Stage.Base ? this.madeAt.length : vertex);
-    this.madeAt.push(blue);
-    this.restored.push(stage === Stage.Base ? blue : red);
+  private enqueue(vertex: number): void {
+    if (this.isQueued[vertex] === 1) return;
+    this.queue.push(vertex);
+    this.isQueued[vertex] = 1;
+  }
+
+  /** Makes room for so many vertices. */
+  private reserve(vertices: number): void {
+    this.capacity = vertices;
+    this.madeAt = grown(this.madeAt, 3 * vertices);
+    this.restored = grown(this.restored, 3 * vertices);
+    this.representatives = grown(this.representatives, vertices);
+    this.isQueued = grown(this.isQueued, vertices);
+    this.surface.reserve(vertices);
+    this.splits.reserve(vertices);
   }
 }

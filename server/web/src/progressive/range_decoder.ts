@@ -5,17 +5,17 @@ const LEAST_RANGE = 2 ** 32;
 const EVEN_BITS = 16;
 const AHEAD = 6;
 const LEAST = 32;
-const RATES = [1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 6];
+const RATES = Uint8Array.of(1, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 6);
+/** Bits of a probability's number that count answers, of which there are as many as rates. */
+const ANSWER_BITS = 5;
+const MOST_ANSWERS = 31;
 
-/** How likely a bit is 1, in 65,536ths, and how many answers that was learned from. */
-export interface Probability {
-  one: number;
-  answers: number;
-}
+/** How likely bits are 1: each number holds that in 65,536ths, and in its lowest bits how many answers it was learned from. */
+export type Probabilities = Int32Array;
 
 /** As many fresh probabilities. */
-export function probabilities(count: number): Probability[] {
-  return Array.from({ length: count }, () => ({ one: 32768, answers: 0 }));
+export function probabilities(count: number): Probabilities {
+  return new Int32Array(count).fill(32768 << ANSWER_BITS);
 }
 
 /** Reads bits. The range has 48 bits, so that its products with probabilities are exact. */
@@ -36,58 +36,59 @@ export class RangeDecoder {
     return this.next > this.end;
   }
 
-  /** A bit whose probability is learned. */
-  bit(probability: Probability): boolean {
-    const bit = this.decide(Math.floor(this.range / WORD) * probability.one);
-    const target = bit ? WORD - LEAST : LEAST;
-    probability.one += (target - probability.one) >> RATES[probability.answers]!;
-    probability.answers = Math.min(probability.answers + 1, RATES.length - 1);
+  /** A bit, 0 or 1, whose probability is learned. */
+  bit(of: Probabilities, at: number): number {
+    const known = of[at]!;
+    const one = known >> ANSWER_BITS;
+    const answers = known & MOST_ANSWERS;
+    const bound = Math.floor(this.range / WORD) * one;
+    const bit = this.code < bound ? 1 : 0;
+    if (bit === 1) {
+      this.range = bound;
+    } else {
+      this.code -= bound;
+      this.range -= bound;
+    }
+    const target = bit === 1 ? WORD - LEAST : LEAST;
+    const learned = one + ((target - one) >> RATES[answers]!);
+    of[at] = (learned << ANSWER_BITS) | (answers < MOST_ANSWERS ? answers + 1 : answers);
+    if (this.range < LEAST_RANGE) this.widen();
     return bit;
   }
 
   /** A number of as many bits, the highest first, each as likely 0 as 1: sixteen at a time. */
   evenBits(count: number): number {
     let value = 0;
-    for (; count > EVEN_BITS; count -= EVEN_BITS) value = value * 2 ** EVEN_BITS + this.fewEvenBits(EVEN_BITS);
-    return value * 2 ** count + this.fewEvenBits(count);
+    for (; count > EVEN_BITS; count -= EVEN_BITS) value = value * WORD + this.fewEvenBits(EVEN_BITS);
+    return count === 0 ? value : value * (1 << count) + this.fewEvenBits(count);
   }
 
-  /** One of as many symbols as there are probabilities, a power of two. */
-  symbol(tree: Probability[]): number {
+  /** One of `count` symbols, a power of two, by as many probabilities from one on. */
+  symbol(of: Probabilities, from: number, count: number): number {
     let node = 1;
-    while (node < tree.length) node = 2 * node + Number(this.bit(tree[node]!));
-    return node - tree.length;
+    while (node < count) node = 2 * node + this.bit(of, from + node);
+    return node - count;
   }
 
   private fewEvenBits(count: number): number {
-    this.range = Math.floor(this.range / 2 ** count);
-    const value = Math.min(Math.floor(this.code / this.range), 2 ** count - 1);
+    this.range = Math.floor(this.range / (1 << count));
+    const value = Math.min(Math.floor(this.code / this.range), (1 << count) - 1);
     this.code -= value * this.range;
-    this.narrow();
+    if (this.range < LEAST_RANGE) this.widen();
     return value;
   }
 
-  private decide(bound: number): boolean {
-    const bit = this.code < bound;
-    if (bit) {
-      this.range = bound;
-    } else {
-      this.code -= bound;
-      this.range -= bound;
-    }
-    this.narrow();
-    return bit;
-  }
-
-  private narrow(): void {
-    while (this.range < LEAST_RANGE) {
+  private widen(): void {
+    do {
       this.range *= WORD;
       this.shift();
-    }
+    } while (this.range < LEAST_RANGE);
   }
 
   private shift(): void {
-    const [high, low] = [this.bytes[this.next] ?? 0, this.bytes[this.next + 1] ?? 0];
+    const { bytes, next } = this;
+    const high = next < bytes.length ? bytes[next]! : 0;
+    const low = next + 1 < bytes.length ? bytes[next + 1]! : 0;
     this.code = this.code * WORD + high * 256 + low;
     this.next += 2;
   }

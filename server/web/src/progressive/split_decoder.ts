@@ -1,17 +1,22 @@
 // One vertex split out of bits. All predictions are sums, products, quotients of doubles in the order of docs/formats/spm.md.
 
+import { grown } from "./arrays.ts";
 import { NO_SIGN, NumberModel } from "./number_model.ts";
-import { probabilities, type Probability, type RangeDecoder } from "./range_decoder.ts";
-import { Side, type Cuts, type Point, type Ring, type Surface } from "./surface.ts";
+import { probabilities, type RangeDecoder } from "./range_decoder.ts";
+import { MOST_NEIGHBOURS, Side, type Cuts, type Point, type Ring, type Surface } from "./surface.ts";
 
 const RANKS = 8;
-const LEADS = [0.25, 0.5, 1, 2, 5, 1e20];
+const LEADS = Float64Array.of(0.25, 0.5, 1, 2, 5, 1e20);
+const CLARITIES = LEADS.length + 1;
 const NEWS = 0.6;
 const OWN = 0.3;
 const RED_SHARE = 0.4;
 const WRONG_SIDE = 1e30;
 const SAME = 0;
 const FREE = 4;
+const [FITS, FIT_SYMBOLS] = [5, 8];
+/** Flags of red, by their places. */
+const [MOVES, IS_MIDWAY, ROUNDS_X, ROUNDS_Y] = [0, 1, 2, 3];
 
 /** Columns and rows of the samples along the lattice's axes: where one is, and how far it is to the next. */
 export interface Sampling {
@@ -19,206 +24,287 @@ export interface Sampling {
   readonly step: readonly [number, number];
 }
 
-export interface Split {
-  readonly cuts: Cuts;
-  /** Where the new vertex is. */
-  readonly blue: Point;
-  /** Where the other one is from now on. */
-  readonly red: Point;
-}
-
-interface Expected {
-  readonly distance: number;
-  readonly sign: number;
+/** How a vertex, *red*, splits; one object for all splits. */
+export class Split implements Cuts {
+  side: Side = Side.Inner;
+  first = 0;
+  second = 0;
+  /** Where red was, and where it is from now on. */
+  readonly centre: Point = new Float64Array(3);
+  readonly red: Point = new Float64Array(3);
+  /** Where the new vertex, *blue*, is. */
+  readonly blue: Point = new Float64Array(3);
 }
 
 /** Added and taken away again, it leaves the nearest whole number, the even one of two. */
 const HALVES_ARE_LOST = 1.5 * 2 ** 52;
 
 const nearest = (number: number): number => number + HALVES_ARE_LOST - HALVES_ARE_LOST;
-const trees = (...counts: number[]): Probability[][] => counts.map(probabilities);
-const cross = (a: Point, b: Point): number => a[0] * b[1] - a[1] * b[0];
-const minus = (a: Point, b: Point): Point => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 
 /** Reads the splits of height fields, one after the other. */
 export class SplitDecoder {
+  /** What was read last. */
+  readonly split = new Split();
   private readonly sides = probabilities(4);
   private readonly holes = probabilities(2);
   private readonly isHoleSecond = probabilities(1);
-  private readonly fits = Array.from({ length: 4 }, () => trees(8, 8, 8, 8, 8));
+  private readonly fits = probabilities(4 * FITS * FIT_SYMBOLS);
   private readonly steps = [new NumberModel(), new NumberModel()] as const;
   private readonly units = [new NumberModel(), new NumberModel()] as const;
   private readonly heights = [new NumberModel(), new NumberModel()] as const;
   private readonly redFlags = probabilities(4);
   private readonly redDistances = new NumberModel();
   private readonly redHeights = [new NumberModel(), new NumberModel()] as const;
-  private readonly ranks = [0, 1].map(() => Array.from({ length: RANKS }, () => probabilities(LEADS.length + 1)));
-  private readonly roughness: number[];
+  private readonly ranks = probabilities(2 * RANKS * CLARITIES);
+  private roughness: Float64Array;
   /** How the first coordinate of each vertex lies to the samples. */
-  private readonly firstFits: number[];
+  private firstFits: Uint8Array;
+  /** The neighbours of the vertex that splits, less the vertex: three coordinates each. */
+  private readonly spokes = new Float64Array(3 * MOST_NEIGHBOURS);
+  private readonly misfits = new Float64Array(MOST_NEIGHBOURS);
+  /** What is expected of the coordinate that is read next: how far it is, in an array of one, and to which side. */
+  private readonly distance = new Float64Array(1);
+  private sign = NO_SIGN;
 
   constructor(
     private readonly sampling: Sampling | undefined,
-    base: readonly Point[],
+    private readonly surface: Surface,
     private readonly opensHoles: boolean,
   ) {
-    this.roughness = base.map(() => 0);
-    this.firstFits = base.map(([x]) => this.fit(0, x));
+    this.roughness = new Float64Array(surface.vertexCount);
+    this.firstFits = Uint8Array.from({ length: surface.vertexCount }, (_, vertex) => this.fit(0, surface.positions[3 * vertex]!));
   }
 
-  read(decoder: RangeDecoder, surface: Surface, vertex: number, ring: Ring, isStill: boolean): Split {
-    const centre = surface.positions[vertex]!;
-    const spokes = ring.vertices.map((neighbour) => minus(surface.positions[neighbour]!, centre));
-    const side = ring.isClosed ? this.readHole(decoder, isStill) : (decoder.symbol(this.sides) as Side);
-    const toward = side === Side.Front ? spokes.slice(0, 1) : side === Side.Back ? spokes.slice(-1) : spokes;
-    const [x, y, fit] = this.readPlan(decoder, side, centre, this.firstFits[vertex]!, toward);
-    this.firstFits.push(fit);
-    const place: Point = [x - centre[0], y - centre[1], 0];
-    const height = centre[2] + nearest(heightAt(spokes, toward, side, ring.isClosed, place));
+  /** Makes room for so many vertices. */
+  reserve(vertices: number): void {
+    this.roughness = grown(this.roughness, vertices);
+    this.firstFits = grown(this.firstFits, vertices);
+  }
+
+  /** Reads how a vertex splits, into `split`. */
+  read(decoder: RangeDecoder, vertex: number, ring: Ring, isStill: boolean): void {
+    const { centre, blue, red } = this.split;
+    const made = this.surface.vertexCount;
+    for (let axis = 0; axis < 3; axis++) centre[axis] = this.surface.positions[3 * vertex + axis]!;
+    this.measureSpokes(ring);
+    const side = ring.isClosed ? this.readHole(decoder, isStill) : (decoder.symbol(this.sides, 0, 4) as Side);
+    this.split.side = side;
+    this.readPlan(decoder, vertex, ring.vertexCount);
+    const height = centre[2]! + nearest(this.heightAt(ring, side, blue[0]! - centre[0]!, blue[1]! - centre[1]!));
     const guess = this.expectedDifference(vertex, ring);
     const difference = this.heights[isStill ? 1 : 0].read(decoder, guess, NO_SIGN);
-    const blue: Point = [x, y, height + difference];
+    blue[2] = height + difference;
     const before = this.roughness[vertex]!;
     const roughness = before + (Math.abs(difference) - before) * NEWS;
     this.roughness[vertex] = roughness;
-    this.roughness.push(roughness);
-    const change = roughness * RED_SHARE + Math.abs(difference) * RED_SHARE;
-    const red = isStill ? centre : this.readRed(decoder, centre, blue, change, difference);
-    if (red[0] !== centre[0]) this.firstFits[vertex] = this.fit(0, red[0]);
-    const ends = [minus(red, centre), minus(blue, centre)] as const;
-    const cuts = this.readCuts(decoder, spokes, ring.isClosed, side, side === Side.Outer ? [ends[1], ends[0]] : ends);
-    return { cuts, blue, red };
+    this.roughness[made] = roughness;
+    red.set(centre);
+    if (!isStill) this.readRed(decoder, roughness * RED_SHARE + Math.abs(difference) * RED_SHARE, difference);
+    if (red[0] !== centre[0]) this.firstFits[vertex] = this.fit(0, red[0]!);
+    this.readCuts(decoder, ring);
+  }
+
+  private measureSpokes(ring: Ring): void {
+    const { spokes } = this;
+    const { positions } = this.surface;
+    const { centre } = this.split;
+    const count = ring.vertexCount;
+    for (let place = 0; place < count; place++) {
+      const neighbour = 3 * ring.vertices[place]!;
+      spokes[3 * place] = positions[neighbour]! - centre[0]!;
+      spokes[3 * place + 1] = positions[neighbour + 1]! - centre[1]!;
+      spokes[3 * place + 2] = positions[neighbour + 2]! - centre[2]!;
+    }
   }
 
   /** Reads whether a closed star opens into a hole, and at which cut. */
   private readHole(decoder: RangeDecoder, isStill: boolean): Side {
-    if (!this.opensHoles || !decoder.bit(this.holes[isStill ? 1 : 0]!)) return Side.Inner;
-    return decoder.bit(this.isHoleSecond[0]!) ? Side.HoleSecond : Side.HoleFirst;
+    if (!this.opensHoles || decoder.bit(this.holes, isStill ? 1 : 0) === 0) return Side.Inner;
+    return decoder.bit(this.isHoleSecond, 0) === 1 ? Side.HoleSecond : Side.HoleFirst;
   }
 
-  /** Reads the place in plan, and how its first coordinate lies to the samples. */
-  private readPlan(
-    decoder: RangeDecoder, side: Side, centre: Point, before: number, toward: readonly Point[],
-  ): [number, number, number] {
-    const along = side === Side.Front || side === Side.Back ? 2 : 0;
-    const [x, fit] = this.readCoordinate(decoder, 0, along, before, centre[0], expected(toward.map((spoke) => spoke[0])));
-    const ahead = x - centre[0];
-    const onThatSide = toward.filter((spoke) => spoke[0] * ahead > 0);
-    const hints = (onThatSide.length > 0 ? onThatSide : toward).map((spoke) => spoke[1]);
-    const [y] = this.readCoordinate(decoder, 1, along, fit, centre[1], expected(hints));
-    return [x, y, fit === SAME ? before : fit];
+  /** Reads the place in plan of the new vertex, where there are so many spokes. */
+  private readPlan(decoder: RangeDecoder, vertex: number, count: number): void {
+    const { side, centre, blue } = this.split;
+    const kind = side === Side.Front || side === Side.Back ? 2 : 0;
+    const from = side === Side.Back ? count - 1 : 0;
+    const to = side === Side.Front ? 1 : count;
+    const before = this.firstFits[vertex]!;
+    const fit = this.readFit(decoder, kind, before);
+    blue[0] = this.readCoordinate(decoder, 0, fit, from, to, 0);
+    this.firstFits[this.surface.vertexCount] = fit === SAME ? before : fit;
+    const fitOfY = this.readFit(decoder, kind + 1, fit);
+    blue[1] = this.readCoordinate(decoder, 1, fitOfY, from, to, blue[0] - centre[0]!);
   }
 
-  private readCoordinate(
-    decoder: RangeDecoder, axis: 0 | 1, along: number, before: number, from: number, { distance, sign }: Expected,
-  ): [number, number] {
-    const fit = Math.min(decoder.symbol(this.fits[along + axis]![before]!), FREE);
-    if (fit === SAME) return [from, fit];
-    if (fit === FREE || this.sampling === undefined) return [from + this.units[axis].read(decoder, distance, sign), fit];
-    const parts = 2 ** (fit - 1);
+  private readFit(decoder: RangeDecoder, kind: number, before: number): number {
+    return Math.min(decoder.symbol(this.fits, (kind * FITS + before) * FIT_SYMBOLS, FIT_SYMBOLS), FREE);
+  }
+
+  private readCoordinate(decoder: RangeDecoder, axis: 0 | 1, fit: number, from: number, to: number, ahead: number): number {
+    const centre = this.split.centre[axis]!;
+    if (fit === SAME) return centre;
+    this.expect(axis, from, to, ahead);
+    const distance = this.distance[0]!;
+    if (fit === FREE || this.sampling === undefined) return centre + this.units[axis].read(decoder, distance, this.sign);
+    const parts = 1 << (fit - 1);
     const guess = distance * (1 / this.sampling.step[axis]) * parts;
-    const steps = this.steps[axis].read(decoder, guess, sign);
-    return [this.coordinate(this.sampling, axis, parts, this.index(this.sampling, axis, parts, from) + steps), fit];
+    const steps = this.steps[axis].read(decoder, guess, this.sign);
+    return coordinateOf(this.sampling, axis, parts, indexOf(this.sampling, axis, parts, centre) + steps);
+  }
+
+  /**
+   * How far spokes from one place to another are along an axis on the average, and to which side they lean, in eighths; only of those
+   * that are ahead along the first axis, if there are any.
+   */
+  private expect(axis: 0 | 1, from: number, to: number, ahead: number): void {
+    const { spokes } = this;
+    let sum = 0;
+    let size = 0;
+    let count = 0;
+    for (let place = from; place < to; place++) {
+      if (ahead !== 0 && !(spokes[3 * place]! * ahead > 0)) continue;
+      const along = spokes[3 * place + axis]!;
+      sum += along;
+      size += Math.abs(along);
+      count++;
+    }
+    if (count === 0 && ahead !== 0) return this.expect(axis, from, to, 0);
+    this.distance[0] = size / count;
+    this.sign = Math.floor(((size > 0 ? sum / size : 0) + 1) * 4 + 0.5);
   }
 
   /** How a coordinate lies to the samples: on one, at a half or a quarter between two, or free. */
   private fit(axis: 0 | 1, coordinate: number): number {
     const { sampling } = this;
     if (sampling === undefined) return FREE;
-    const liesOn = (parts: number) =>
-      this.coordinate(sampling, axis, parts, this.index(sampling, axis, parts, coordinate)) === coordinate;
-    const halvings = [1, 2, 4].findIndex(liesOn);
-    return halvings < 0 ? FREE : halvings + 1;
-  }
-
-  private index({ origin, step }: Sampling, axis: 0 | 1, parts: number, coordinate: number): number {
-    return nearest((coordinate - origin[axis]) * (1 / step[axis]) * parts);
-  }
-
-  private coordinate({ origin, step }: Sampling, axis: 0 | 1, parts: number, index: number): number {
-    return nearest(origin[axis] + step[axis] * (index / parts));
+    for (let halvings = 0; halvings < 3; halvings++) {
+      const parts = 1 << halvings;
+      if (coordinateOf(sampling, axis, parts, indexOf(sampling, axis, parts, coordinate)) === coordinate) return halvings + 1;
+    }
+    return FREE;
   }
 
   private expectedDifference(vertex: number, ring: Ring): number {
     let sum = 0;
-    for (const neighbour of ring.vertices) sum += this.roughness[neighbour]!;
-    return this.roughness[vertex]! * OWN + (sum / ring.vertices.length) * (1 - OWN);
+    for (let place = 0; place < ring.vertexCount; place++) sum += this.roughness[ring.vertices[place]!]!;
+    return this.roughness[vertex]! * OWN + (sum / ring.vertexCount) * (1 - OWN);
   }
 
-  private readRed(decoder: RangeDecoder, centre: Point, blue: Point, change: number, difference: number): Point {
-    const [moves, isMidway, roundsX, roundsY] = this.redFlags as [Probability, Probability, Probability, Probability];
-    let [x, y, z] = centre;
-    const hasMoved = decoder.bit(moves);
-    if (hasMoved && decoder.bit(isMidway)) {
-      x = 2 * centre[0] - blue[0] - Number(decoder.bit(roundsX));
-      y = 2 * centre[1] - blue[1] - Number(decoder.bit(roundsY));
-      z = 2 * centre[2] - blue[2];
+  /** Height of the star's triangles at a place, all against the centre's. */
+  private heightAt(ring: Ring, side: Side, x: number, y: number): number {
+    const { spokes } = this;
+    if (side === Side.Front || side === Side.Back) {
+      const at = side === Side.Front ? 0 : 3 * (ring.vertexCount - 1);
+      const alongX = spokes[at]!;
+      const alongY = spokes[at + 1]!;
+      const length = alongX * alongX + alongY * alongY;
+      return length > 0 ? ((alongX * x + alongY * y) / length) * spokes[at + 2]! : 0;
+    }
+    const last = ring.vertexCount - 1;
+    const triangles = ring.isClosed ? last + 1 : last;
+    for (let place = 0; place < triangles; place++) {
+      const a = 3 * place;
+      const fromA = spokes[a]! * y - spokes[a + 1]! * x;
+      if (!(fromA >= 0)) continue;
+      const b = place === last ? 0 : a + 3;
+      const toB = x * spokes[b + 1]! - y * spokes[b]!;
+      const area = spokes[a]! * spokes[b + 1]! - spokes[a + 1]! * spokes[b]!;
+      if (toB > 0 && area > 0) return (toB * spokes[a + 2]! + fromA * spokes[b + 2]!) / area;
+    }
+    return 0;
+  }
+
+  private readRed(decoder: RangeDecoder, change: number, difference: number): void {
+    const { centre, blue, red } = this.split;
+    const hasMoved = decoder.bit(this.redFlags, MOVES) === 1;
+    if (hasMoved && decoder.bit(this.redFlags, IS_MIDWAY) === 1) {
+      red[0] = 2 * centre[0]! - blue[0]! - decoder.bit(this.redFlags, ROUNDS_X);
+      red[1] = 2 * centre[1]! - blue[1]! - decoder.bit(this.redFlags, ROUNDS_Y);
+      red[2] = 2 * centre[2]! - blue[2]!;
     } else if (hasMoved) {
-      x += this.redDistances.read(decoder, Math.abs(blue[0] - centre[0]), NO_SIGN);
-      y += this.redDistances.read(decoder, Math.abs(blue[1] - centre[1]), NO_SIGN);
+      red[0]! += this.redDistances.read(decoder, Math.abs(blue[0]! - centre[0]!), NO_SIGN);
+      red[1]! += this.redDistances.read(decoder, Math.abs(blue[1]! - centre[1]!), NO_SIGN);
     }
     const sign = difference < 0 ? 1 : difference > 0 ? 2 : NO_SIGN;
-    return [x, y, z + this.redHeights[hasMoved ? 1 : 0].read(decoder, change, sign)];
+    red[2]! += this.redHeights[hasMoved ? 1 : 0].read(decoder, change, sign);
   }
 
-  private readCuts(
-    decoder: RangeDecoder, spokes: readonly Point[], isClosed: boolean, side: Side, edge: readonly [Point, Point],
-  ): Cuts {
-    const places = spokes.map((_, place) => place);
-    const first = side === Side.Front ? 0 : this.readCut(decoder, 0, rank(spokes, edge, places, false));
-    if (side === Side.Back) return { side, first, second: 0 };
-    const isLeft = (place: number) => side === Side.Front || (isClosed ? place !== first : place > first);
-    const second = this.readCut(decoder, 1, rank(spokes, edge, places.filter(isLeft), true));
-    return { side, first, second };
-  }
-
-  private readCut(decoder: RangeDecoder, which: number, ranked: readonly { misfit: number; place: number }[]): number {
-    for (let rank = 0; rank + 1 < ranked.length; rank++) {
-      const lead = ranked[rank + 1]!.misfit - ranked[rank]!.misfit;
-      const clarity = LEADS.filter((least) => lead > least).length;
-      if (decoder.bit(this.ranks[which]![Math.min(rank, RANKS - 1)]![clarity]!)) return ranked[rank]!.place;
+  private readCuts(decoder: RangeDecoder, ring: Ring): void {
+    const { split } = this;
+    const { side } = split;
+    const outer = side === Side.Outer ? split.blue : split.red;
+    const inner = side === Side.Outer ? split.red : split.blue;
+    const count = ring.vertexCount;
+    split.first = 0;
+    split.second = 0;
+    if (side !== Side.Front) {
+      // Seen from the other side, the first cut is ranked as the second one is.
+      this.rank(inner, outer, 0, count);
+      split.first = this.readCut(decoder, 0, 0, count);
     }
-    return ranked[ranked.length - 1]?.place ?? 0;
+    if (side === Side.Back) return;
+    const from = side === Side.Front || ring.isClosed ? 0 : split.first + 1;
+    this.rank(outer, inner, from, count);
+    if (ring.isClosed) this.misfits[split.first] = NaN;
+    split.second = this.readCut(decoder, 1, from, count);
+  }
+
+  /** How badly each place of a star suits a cut: the cotangent of the angle under which it sees the new edge, from its right end to its left one. */
+  private rank(right: Point, left: Point, from: number, to: number): void {
+    const { spokes, misfits } = this;
+    const { centre } = this.split;
+    const rightX = right[0]! - centre[0]!;
+    const rightY = right[1]! - centre[1]!;
+    const leftX = left[0]! - centre[0]!;
+    const leftY = left[1]! - centre[1]!;
+    for (let place = from; place < to; place++) {
+      const toRightX = rightX - spokes[3 * place]!;
+      const toRightY = rightY - spokes[3 * place + 1]!;
+      const toLeftX = leftX - spokes[3 * place]!;
+      const toLeftY = leftY - spokes[3 * place + 1]!;
+      const area = toRightX * toLeftY - toRightY * toLeftX;
+      const dot = toRightX * toLeftX + toRightY * toLeftY;
+      misfits[place] = area > 0 ? dot / area : WRONG_SIDE + Math.abs(dot);
+    }
+  }
+
+  /** Reads which of the places from one to another it is, the best first; those without a misfit are none. */
+  private readCut(decoder: RangeDecoder, which: number, from: number, to: number): number {
+    const { misfits } = this;
+    let best = bestOf(misfits, from, to);
+    for (let rank = 0; ; rank++) {
+      if (best < 0) return 0;
+      const misfit = misfits[best]!;
+      misfits[best] = NaN;
+      const next = bestOf(misfits, from, to);
+      if (next < 0) return best;
+      const lead = misfits[next]! - misfit;
+      let clarity = 0;
+      while (clarity < LEADS.length && lead > LEADS[clarity]!) clarity++;
+      if (decoder.bit(this.ranks, (which * RANKS + Math.min(rank, RANKS - 1)) * CLARITIES + clarity) === 1) return best;
+      best = next;
+    }
   }
 }
 
-/** How far differences are on the average, and to which side they lean, in eighths. */
-function expected(differences: readonly number[]): Expected {
-  let [sum, distance] = [0, 0];
-  for (const difference of differences) {
-    sum += difference;
-    distance += Math.abs(difference);
+/** The place of the least number, the first of equal ones; -1 if there is none. */
+function bestOf(numbers: Float64Array, from: number, to: number): number {
+  let best = -1;
+  let least = Infinity;
+  for (let place = from; place < to; place++) {
+    const number = numbers[place]!;
+    if (!(number < least)) continue;
+    best = place;
+    least = number;
   }
-  const lean = distance > 0 ? sum / distance : 0;
-  return { distance: distance / differences.length, sign: Math.floor((lean + 1) * 4 + 0.5) };
+  return best;
 }
 
-/** Height of the star's triangles at a place, against the centre's. */
-function heightAt(spokes: readonly Point[], toward: readonly Point[], side: Side, isClosed: boolean, place: Point): number {
-  if (side === Side.Front || side === Side.Back) {
-    const along = toward[0]!;
-    const length = along[0] * along[0] + along[1] * along[1];
-    return length > 0 ? ((along[0] * place[0] + along[1] * place[1]) / length) * along[2] : 0;
-  }
-  const last = spokes.length - 1;
-  for (let index = 0; index < spokes.length; index++) {
-    if (index === last && !isClosed) break;
-    const [a, b] = [spokes[index]!, spokes[index === last ? 0 : index + 1]!];
-    const [fromA, toB, area] = [cross(a, place), cross(place, b), cross(a, b)];
-    if (fromA >= 0 && toB > 0 && area > 0) return (toB * a[2] + fromA * b[2]) / area;
-  }
-  return 0;
+function indexOf({ origin, step }: Sampling, axis: 0 | 1, parts: number, coordinate: number): number {
+  return nearest((coordinate - origin[axis]) * (1 / step[axis]) * parts);
 }
 
-/** The places at which a star may be cut, the best first: by the cotangent of the angle under which they see the new edge. */
-function rank(
-  spokes: readonly Point[], [red, blue]: readonly [Point, Point], places: readonly number[], isSecond: boolean,
-): { misfit: number; place: number }[] {
-  const ranked = places.map((place) => {
-    const [toRed, toBlue] = [minus(red, spokes[place]!), minus(blue, spokes[place]!)];
-    const area = isSecond ? cross(toRed, toBlue) : cross(toBlue, toRed);
-    const dot = toRed[0] * toBlue[0] + toRed[1] * toBlue[1];
-    return { misfit: area > 0 ? dot / area : WRONG_SIDE + Math.abs(dot), place };
-  });
-  return ranked.sort((a, b) => a.misfit - b.misfit);
+function coordinateOf({ origin, step }: Sampling, axis: 0 | 1, parts: number, index: number): number {
+  return nearest(origin[axis] + step[axis] * (index / parts));
 }

@@ -1,5 +1,7 @@
 // A surface that grows by vertex splits. Half-edge 3t + k starts at the kth corner of triangle t.
 
+import { grown } from "./arrays.ts";
+
 const NONE = -1;
 
 /**
@@ -9,83 +11,118 @@ const NONE = -1;
 export const Side = { Inner: 0, Front: 1, Back: 2, Outer: 3, HoleFirst: 4, HoleSecond: 5 } as const;
 export type Side = (typeof Side)[keyof typeof Side];
 
+/** Where a star is cut: places of a walk. */
 export interface Cuts {
   readonly side: Side;
   readonly first: number;
   readonly second: number;
 }
 
-/** The walk around a vertex, counter-clockwise: half-edges that leave it, and its neighbours. */
-export interface Ring {
-  readonly edges: number[];
-  readonly vertices: number[];
-  readonly isClosed: boolean;
-}
+/** Three coordinates. */
+export type Point = Float64Array;
 
-export type Point = readonly [number, number, number];
+/** Puts a point into an array of points. */
+export function setPoint(points: Float64Array, at: number, point: Point): void {
+  points[3 * at] = point[0]!;
+  points[3 * at + 1] = point[1]!;
+  points[3 * at + 2] = point[2]!;
+}
 
 const next = (edge: number): number => (edge % 3 === 2 ? edge - 2 : edge + 1);
 const previous = (edge: number): number => (edge % 3 === 0 ? edge + 2 : edge - 1);
 const hasFirst = (side: Side): boolean => side !== Side.Front;
 const hasSecond = (side: Side): boolean => side !== Side.Back;
 
-export class Surface {
-  /** Vertex at which each half-edge starts. */
-  readonly origins: number[];
-  private readonly twins: number[];
-  private readonly leaving: number[];
-  private readonly valences: number[] = [];
-  private readonly closed: boolean[] = [];
+/** Most neighbours of a vertex that splits. */
+export const MOST_NEIGHBOURS = 1024;
 
-  constructor(
-    readonly positions: Point[],
-    corners: readonly number[],
-  ) {
-    this.origins = [...corners];
-    this.twins = corners.map(() => NONE);
-    this.leaving = positions.map(() => NONE);
+/** The walk around a vertex, counter-clockwise: half-edges that leave it, and its neighbours. Of more than may be, the first. */
+export class Ring {
+  readonly edges = new Int32Array(MOST_NEIGHBOURS);
+  readonly vertices = new Int32Array(MOST_NEIGHBOURS);
+  edgeCount = 0;
+  vertexCount = 0;
+
+  get isClosed(): boolean {
+    return this.edgeCount === this.vertexCount;
+  }
+}
+
+export class Surface {
+  vertexCount: number;
+  /** Half-edges. */
+  edgeCount: number;
+  /** Vertex at which each half-edge starts. */
+  origins: Uint32Array;
+  /** Three coordinates a vertex. */
+  positions: Float64Array;
+  /** How many neighbours each vertex has. */
+  valences: Uint32Array;
+  /** Whether each vertex is inside the surface. */
+  closed: Uint8Array;
+  private twins: Int32Array;
+  private leaving: Int32Array;
+
+  constructor(positions: readonly number[], corners: readonly number[]) {
+    this.vertexCount = positions.length / 3;
+    this.edgeCount = corners.length;
+    this.origins = Uint32Array.from(corners);
+    this.positions = Float64Array.from(positions);
+    this.twins = new Int32Array(corners.length).fill(NONE);
+    this.leaving = new Int32Array(this.vertexCount).fill(NONE);
+    this.valences = new Uint32Array(this.vertexCount);
+    this.closed = new Uint8Array(this.vertexCount);
     this.joinBase();
     corners.forEach((vertex, edge) => {
       if (this.leaving[vertex] === NONE || this.twins[edge] === NONE) this.leaving[vertex] = edge;
     });
-    positions.forEach((_, vertex) => {
-      const ring = this.walk(vertex);
-      this.valences.push(ring.vertices.length);
-      this.closed.push(ring.isClosed);
-    });
-  }
-
-  valence(vertex: number): number {
-    return this.valences[vertex]!;
-  }
-
-  isClosed(vertex: number): boolean {
-    return this.closed[vertex]!;
-  }
-
-  walk(vertex: number): Ring {
-    const edges: number[] = [];
-    const vertices: number[] = [];
-    const first = this.leaving[vertex]!;
-    for (let edge = first; edge !== NONE; ) {
-      edges.push(edge);
-      vertices.push(this.origins[next(edge)]!);
-      edge = this.twins[previous(edge)]!;
-      if (edge === first) break;
-      if (edge === NONE) vertices.push(this.origins[previous(edges[edges.length - 1]!)]!);
+    const ring = new Ring();
+    for (let vertex = 0; vertex < this.vertexCount; vertex++) {
+      this.walk(vertex, ring);
+      this.valences[vertex] = ring.vertexCount;
+      this.closed[vertex] = Number(ring.isClosed);
     }
-    return { edges, vertices, isClosed: edges.length === vertices.length };
   }
 
-  /** Splits a vertex off `red`; false where the star cannot be cut so. */
+  /** Makes room for so many vertices, each with the two triangles of its split. */
+  reserve(vertices: number): void {
+    const edges = this.edgeCount + 6 * (vertices - this.vertexCount);
+    this.positions = grown(this.positions, 3 * vertices);
+    this.valences = grown(this.valences, vertices);
+    this.closed = grown(this.closed, vertices);
+    this.leaving = grown(this.leaving, vertices);
+    this.origins = grown(this.origins, edges);
+    this.twins = grown(this.twins, edges);
+  }
+
+  /** Walks around a vertex, and leaves in a ring what is met. */
+  walk(vertex: number, ring: Ring): void {
+    const { origins, twins, leaving } = this;
+    const first = leaving[vertex]!;
+    let count = 0;
+    let isOpen = false;
+    for (let edge = first; edge !== NONE; ) {
+      ring.edges[count] = edge;
+      ring.vertices[count++] = origins[next(edge)]!;
+      const before = previous(edge);
+      edge = twins[before]!;
+      if (edge === first) break;
+      isOpen = edge === NONE;
+      if (isOpen) ring.vertices[count] = origins[before]!;
+    }
+    ring.edgeCount = count;
+    ring.vertexCount = count + Number(isOpen);
+  }
+
+  /** Splits a vertex off `red`; false where the star cannot be cut so. There has to be room for it. */
   split(red: number, ring: Ring, cuts: Cuts, position: Point): boolean {
     if (!arePossible(cuts, ring) || !this.isHoleInside(cuts, ring)) return false;
-    const blue = this.positions.length;
-    this.positions.push(position);
-    this.leaving.push(NONE);
-    this.countNeighbours(red, ring, cuts);
+    const blue = this.vertexCount++;
+    setPoint(this.positions, blue, position);
+    this.leaving[blue] = NONE;
+    this.countNeighbours(red, blue, ring, cuts);
     if (cuts.side === Side.Outer) {
-      this.give(ring.edges, blue);
+      this.give(ring, 0, ring.edgeCount, blue);
       this.leaving[blue] = this.leaving[red]!;
       this.open(blue, red, ring, cuts);
     } else {
@@ -96,8 +133,8 @@ export class Surface {
 
   /** Whether the third vertex of a hole to be opened, if there is one, is on no boundary yet. */
   private isHoleInside({ side, first, second }: Cuts, ring: Ring): boolean {
-    if (side === Side.HoleFirst) return this.closed[ring.vertices[first]!]!;
-    if (side === Side.HoleSecond) return this.closed[ring.vertices[second]!]!;
+    if (side === Side.HoleFirst) return this.closed[ring.vertices[first]!] === 1;
+    if (side === Side.HoleSecond) return this.closed[ring.vertices[second]!] === 1;
     return true;
   }
 
@@ -114,80 +151,94 @@ export class Surface {
     }
   }
 
-  private countNeighbours(red: number, ring: Ring, { side, first, second }: Cuts): void {
-    const count = ring.vertices.length;
+  private countNeighbours(red: number, blue: number, ring: Ring, { side, first, second }: Cuts): void {
+    const count = ring.vertexCount;
     let inner = ((second + count - first) % count) + 2;
     if (side === Side.Front) inner = second + 2;
     if (side === Side.Back) inner = count - first + 1;
     const outer = count + 2 + Number(hasFirst(side)) + Number(hasSecond(side)) - inner;
     const isOuter = side === Side.Outer;
     this.valences[red] = isOuter ? inner : outer;
-    this.valences.push(isOuter ? outer : inner);
-    this.closed.push(side === Side.Inner);
-    if (isOuter) this.closed[red] = true;
-    if (side === Side.HoleFirst || side === Side.HoleSecond) this.closed[red] = false;
+    this.valences[blue] = isOuter ? outer : inner;
+    this.closed[blue] = Number(side === Side.Inner);
+    if (isOuter) this.closed[red] = 1;
+    if (side === Side.HoleFirst || side === Side.HoleSecond) this.closed[red] = 0;
     if (hasFirst(side)) this.valences[ring.vertices[first]!]! += 1;
     if (hasSecond(side)) this.valences[ring.vertices[second]!]! += 1;
   }
 
   /** Gives the inner vertex its part of the star of the outer one, and fills the cuts. */
-  private open(outer: number, inner: number, ring: Ring, { side, first, second }: Cuts): void {
-    const { edges, vertices } = ring;
-    if (side === Side.Front) this.give(edges.slice(0, second), inner);
-    else if (side === Side.Back) this.give(edges.slice(first), inner);
-    else if (first < second) this.give(edges.slice(first, second), inner);
-    else this.give([...edges.slice(first), ...edges.slice(0, second)], inner);
-    const edgeAt = (place: number) => edges[place] ?? NONE;
-    const edgeBefore = (place: number) => {
-      const edge = edges[place > 0 ? place - 1 : ring.isClosed ? edges.length - 1 : NONE];
-      return edge === undefined ? NONE : previous(edge);
-    };
-    const between: number[] = [];
+  private open(outer: number, inner: number, ring: Ring, cuts: Cuts): void {
+    const { side, first, second } = cuts;
+    this.giveInner(inner, ring, cuts);
+    // Along the edge between the two, to be joined.
+    let ofFirst = NONE;
+    let ofSecond = NONE;
     if (side === Side.HoleFirst) {
-      this.openHole(edgeBefore(first), edgeAt(first));
+      this.openHole(edgeBefore(ring, first));
+      this.openHole(edgeAt(ring, first));
     } else if (hasFirst(side)) {
-      const edge = this.addTriangle(outer, vertices[first]!, inner);
-      this.join(edge, edgeBefore(first));
-      this.join(edge + 1, edgeAt(first));
+      const edge = this.addTriangle(outer, ring.vertices[first]!, inner);
+      this.join(edge, edgeBefore(ring, first));
+      this.join(edge + 1, edgeAt(ring, first));
       this.lead(edge + 1);
-      between.push(edge + 2);
+      ofFirst = edge + 2;
       if (first === 0 || ring.isClosed) this.leaving[outer] = edge;
       this.leaving[inner] = edge + 2;
     }
     if (side === Side.HoleSecond) {
-      this.openHole(edgeBefore(second), edgeAt(second));
+      this.openHole(edgeBefore(ring, second));
+      this.openHole(edgeAt(ring, second));
     } else if (hasSecond(side)) {
-      const edge = this.addTriangle(outer, inner, vertices[second]!);
-      this.join(edge + 1, edgeBefore(second));
-      this.join(edge + 2, edgeAt(second));
+      const edge = this.addTriangle(outer, inner, ring.vertices[second]!);
+      this.join(edge + 1, edgeBefore(ring, second));
+      this.join(edge + 2, edgeAt(ring, second));
       this.lead(edge + 2);
-      between.push(edge);
+      ofSecond = edge;
       if (side === Side.HoleFirst) this.leaving[outer] = edge;
       if (side === Side.Front) {
         this.leaving[outer] = edge;
-        this.leaving[inner] = second === 0 ? edge + 1 : edges[0]!;
+        this.leaving[inner] = second === 0 ? edge + 1 : ring.edges[0]!;
       }
     }
-    const [one, other] = between;
-    if (one !== undefined && other !== undefined) this.join(one, other);
+    if (ofFirst !== NONE && ofSecond !== NONE) this.join(ofFirst, ofSecond);
   }
 
-  /** Parts the two half-edges along an edge between red or blue and the third vertex of a hole: walks there begin beside the hole. */
-  private openHole(...edges: [number, number]): void {
-    for (const edge of edges) {
-      this.twins[edge] = NONE;
-      this.lead(edge);
-      this.closed[this.origins[edge]!] = false;
+  private giveInner(inner: number, ring: Ring, { side, first, second }: Cuts): void {
+    if (side === Side.Front) {
+      this.give(ring, 0, second, inner);
+    } else if (side === Side.Back) {
+      this.give(ring, first, ring.edgeCount, inner);
+    } else if (first < second) {
+      this.give(ring, first, second, inner);
+    } else {
+      this.give(ring, first, ring.edgeCount, inner);
+      this.give(ring, 0, second, inner);
     }
   }
 
-  private give(edges: readonly number[], vertex: number): void {
-    for (const edge of edges) this.origins[edge] = vertex;
+  /** Lets half-edges of a walk start at a vertex. */
+  private give(ring: Ring, from: number, to: number, vertex: number): void {
+    for (let place = from; place < to; place++) this.origins[ring.edges[place]!] = vertex;
   }
 
-  private addTriangle(...corners: [number, number, number]): number {
-    this.twins.push(NONE, NONE, NONE);
-    return this.origins.push(...corners) - 3;
+  /** Parts a half-edge along an edge between red or blue and the third vertex of a hole: walks there begin beside the hole. */
+  private openHole(edge: number): void {
+    this.twins[edge] = NONE;
+    this.lead(edge);
+    this.closed[this.origins[edge]!] = 0;
+  }
+
+  private addTriangle(a: number, b: number, c: number): number {
+    const edge = this.edgeCount;
+    this.origins[edge] = a;
+    this.origins[edge + 1] = b;
+    this.origins[edge + 2] = c;
+    this.twins[edge] = NONE;
+    this.twins[edge + 1] = NONE;
+    this.twins[edge + 2] = NONE;
+    this.edgeCount += 3;
+    return edge;
   }
 
   private join(edge: number, twin: number): void {
@@ -201,8 +252,19 @@ export class Surface {
   }
 }
 
+/** The half-edge of a walk at a place, if there is one. */
+function edgeAt(ring: Ring, place: number): number {
+  return place < ring.edgeCount ? ring.edges[place]! : NONE;
+}
+
+/** The one that has the triangle before a place on its left, and comes from there. */
+function edgeBefore(ring: Ring, place: number): number {
+  if (place > 0) return previous(ring.edges[place - 1]!);
+  return ring.isClosed ? previous(ring.edges[ring.edgeCount - 1]!) : NONE;
+}
+
 function arePossible({ side, first, second }: Cuts, ring: Ring): boolean {
-  const count = ring.vertices.length;
+  const count = ring.vertexCount;
   if (first >= count || second >= count) return false;
   if (ring.isClosed) return first !== second;
   if (side === Side.HoleFirst || side === Side.HoleSecond) return false;
