@@ -151,7 +151,8 @@ impl<'a> Certifier<'a> {
             measure.all_edges();
         }
         measure.poles(&surface.triangles);
-        (measure.worst > floor).then_some(measure.worst)
+        let worst = measure.worst.get();
+        (worst > floor).then_some(worst)
     }
 }
 
@@ -174,7 +175,7 @@ struct Measure<'a> {
     /// Columns and rows that it sees.
     window: [Range<usize>; 2],
     curvature: Curvature,
-    worst: f64,
+    worst: Worst,
 }
 
 impl<'a> Measure<'a> {
@@ -217,7 +218,7 @@ impl<'a> Measure<'a> {
             curvature: Curvature::under(certifier.georeference, certifier.chunks.size(), &window),
             relief: Relief::new(certifier.chunks, window[0].clone(), window[1].clone()),
             window,
-            worst: floor,
+            worst: Worst::new(floor),
         }
     }
 
@@ -263,19 +264,16 @@ impl<'a> Measure<'a> {
         let bulge = edges.iter().map(|&edge| self.edges[edge].bulge).fold(0.0, f64::max);
         // From a pole a triangle reaches down between the meridians of its other corners, whatever longitude the pole has.
         let is_at_pole = [a, b, c].iter().any(|place| place.is_pole);
-        let floor = self.worst - between;
-        let mut worst = floor;
+        let worst = self.worst.less(between);
         if bulge <= NEARLY_STRAIGHT && !is_at_pole {
             let grid = [a, b, c].map(|place| place.grid);
-            worst = plane.deviation(&self.relief, &self.curvature, grid, AROUND + bulge, worst);
+            plane.meet(&self.relief, &self.curvature, grid, AROUND + bulge, &worst);
         } else {
             for half in self.rectangle(&edges) {
-                worst = plane.deviation(&self.relief, &self.curvature, half, AROUND, worst);
+                plane.meet(&self.relief, &self.curvature, half, AROUND, &worst);
             }
         }
-        if worst > floor {
-            self.worst = worst + between;
-        }
+        self.worst.grow(&worst, between);
     }
 
     /// All samples of a row at a pole are at one place, where every corner at the pole is, too.
@@ -295,7 +293,7 @@ impl<'a> Measure<'a> {
         for (row, corners) in by_row {
             for sample in self.relief.samples(0, self.window[0].clone(), row..row + 1) {
                 let differences = corners.iter().map(|corner| (f64::from(sample) - corner).abs());
-                self.worst = differences.fold(self.worst, f64::max);
+                differences.for_each(|difference| self.worst.meet(difference));
             }
         }
     }
@@ -313,14 +311,11 @@ impl<'a> Measure<'a> {
 
     fn all_edges(&mut self) {
         for edge in &self.edges {
-            let floor = self.worst - edge.between;
-            let mut worst = floor;
+            let worst = self.worst.less(edge.between);
             for stretch in &edge.stretches {
-                worst = stretch.deviation(&self.relief, worst);
+                stretch.meet(&self.relief, &worst);
             }
-            if worst > floor {
-                self.worst = worst + edge.between;
-            }
+            self.worst.grow(&worst, edge.between);
         }
     }
 }
@@ -363,10 +358,9 @@ impl Plane<'_> {
         )
     }
 
-    /// The larger of `worst` and the largest difference at a sample under the triangle; `grid` is where it may be.
-    fn deviation(&self, relief: &Relief, curvature: &Curvature, grid: [DVec2; 3], margin: f64, worst: f64) -> f64 {
+    /// Takes the differences at samples under the triangle into account; `grid` is where it may be.
+    fn meet(&self, relief: &Relief, curvature: &Curvature, grid: [DVec2; 3], margin: f64, worst: &Worst) {
         let per_squared_side = curvature.in_block(1.0, self.steepness());
-        let worst = Worst::new(worst);
         let may_matter = |block: &Block| {
             if !self.certifier.reaches(block) {
                 return true;
@@ -379,7 +373,7 @@ impl Plane<'_> {
             }
             let between = per_squared_side * block.side * block.side;
             let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
-            worst.may_grow(size + between)
+            worst.is_worth_a_look(size + between)
         };
         let [a, b, c] = self.corners;
         let level = a.normalize();
@@ -404,11 +398,8 @@ impl Plane<'_> {
                     difference = above_edge(point, up, [p, q]);
                 }
             }
-            if difference.abs() > worst.get() {
-                worst.set(difference.abs());
-            }
+            worst.meet(difference.abs());
         });
-        worst.get()
     }
 
     /// The plane's heights over a square around a triangle on the grid, bilinear between its corners.

@@ -106,9 +106,8 @@ impl Stretch {
         (0..count as usize).map(move |number| [at(number), at(number + 1)])
     }
 
-    /// The larger of `worst` and the largest difference from the surface.
-    pub(super) fn deviation(&self, relief: &Relief, worst: f64) -> f64 {
-        let worst = Worst::new(worst);
+    /// Takes the differences from the surface into account.
+    pub(super) fn meet(&self, relief: &Relief, worst: &Worst) {
         for [first, last] in self.parts(0.0, 1.0, THIN) {
             let [from, to] = [first, last].map(|t| self.at(t).truncate());
             let beside = self.bulge_between(first, last) + ROUNDING;
@@ -123,11 +122,10 @@ impl Stretch {
             };
             relief.visit_blocks([from, to, to], beside, may_matter, |block| {
                 if let Some([start, end]) = in_block(block) {
-                    worst.set(self.deviation_between(relief, start, end, worst.get()));
+                    worst.meet(self.deviation_between(relief, start, end));
                 }
             });
         }
-        worst.get()
     }
 
     /// What the difference inside a block is at most.
@@ -142,8 +140,9 @@ impl Stretch {
         greatest.max(-least)
     }
 
-    /// The larger of `worst` and the largest difference between two parameters, cell by cell.
-    fn deviation_between(&self, relief: &Relief, start: f64, end: f64, mut worst: f64) -> f64 {
+    /// The largest difference between two parameters, cell by cell.
+    fn deviation_between(&self, relief: &Relief, start: f64, end: f64) -> f64 {
+        let mut worst: f64 = 0.0;
         for [first, last] in self.parts(start, end, STRAIGHT) {
             let [from, to] = [first, last].map(|t| self.at(t).truncate());
             scan::visit_cells(from, to, |start, end| {
