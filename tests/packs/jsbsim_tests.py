@@ -1,5 +1,7 @@
 """JSBSim over the ground of an archive: it reads no file of ground, and is told the height below at every step."""
 
+import contextlib
+import tempfile
 import unittest
 
 import jsbsim
@@ -15,6 +17,8 @@ START = (-84.35, 36.22)
 class Ground(unittest.TestCase):
     def test_a_flight_is_as_far_above_the_dem_as_jsbsim_says_within_the_error(self):
         heights = terrain_heights.Heights(pack.archive())
+        # The model writes where it is.
+        self.enterContext(contextlib.chdir(self.enterContext(tempfile.TemporaryDirectory())))
         flight = jsbsim.FGFDMExec(None)
         flight.set_debug_level(0)
         flight.load_model("ball")

@@ -77,7 +77,7 @@ async function assertGroundStayed(leastPictures) {
   assert.ok(await page.isHidden("#message"), "no message is left");
 }
 
-const SLOW = { delay: 100, bytesPerSecond: 20_000 };
+const SLOW = { delay: 100, bytesPerSecond: 6_000 };
 
 test("from a slow server the picture comes bit by bit, and in the end is that of a quick one", async () => {
   server.trouble = (path) => (path.includes(".spt") ? SLOW : undefined);
