@@ -321,20 +321,6 @@ impl ChunkedRaster {
         Ok(true)
     }
 
-    /// Whether a chunk of the relief follows from a coarse file's samples.
-    #[cfg(test)]
-    pub(crate) fn follows(&self, id: ChunkId) -> bool {
-        self.interpolated.has_relief(id)
-    }
-
-    /// Column and row, counted from the raster's first sample, of the corner before a block of a chunk.
-    #[cfg(test)]
-    pub(crate) fn of_raster(&self, id: ChunkId, [column, row]: [usize; 2]) -> [i64; 2] {
-        let on_lattice = |chunk: u32, block: usize| ((chunk as usize * CHUNK + block) << id.level) as i64;
-        let first = [0, 1].map(|axis| (self.corner[axis] + self.before[axis]) as i64);
-        [on_lattice(id.x, column) - first[0], on_lattice(id.y, row) - first[1]]
-    }
-
     /// Columns and rows of a chunk, counted in it, that are in a rectangle.
     fn in_chunk(&self, id: ChunkId, columns: &Range<usize>, rows: &Range<usize>) -> [Range<usize>; 2] {
         let [left, top] = self.corner;

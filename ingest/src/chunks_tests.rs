@@ -10,7 +10,7 @@ use crate::chunk_view::ChunkView;
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
 use crate::intake::Intake;
-use crate::raster::ReadError;
+use crate::raster::{OwnGrid, ReadError};
 use crate::samples::{Extremes, Faults, Provenance, Rectangle};
 use terrain_core::height_field::chunks::Chunks;
 
@@ -71,8 +71,8 @@ impl Raster for Shifted {
         self.grid.read(columns, rows)
     }
 
-    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
-        self.grid.read_own(file, columns, rows)
+    fn read_own(&self, own: &OwnGrid, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        self.grid.read_own(own, columns, rows)
     }
 
     fn georeference(&self) -> &GeoReference {

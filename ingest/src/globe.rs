@@ -16,7 +16,7 @@ use std::ops::Range;
 use glam::DVec2;
 
 use crate::georeference::GeoReference;
-use crate::raster::ReadError;
+use crate::raster::{OwnGrid, ReadError};
 use crate::samples::{Extremes, Faults, Provenance, Raster, Rectangle};
 use crate::store::Name;
 
@@ -284,8 +284,8 @@ impl Raster for Globe<'_> {
         })
     }
 
-    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
-        self.raster.read_own(self.copies[file].file, columns, rows)
+    fn read_own(&self, own: &OwnGrid, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        self.raster.read_own(own, columns, rows)
     }
 
     fn georeference(&self) -> &GeoReference {

@@ -15,7 +15,7 @@ use terrain_core::height_field::relief::CHUNK;
 use crate::chunk_grid::{
     ChunkId, chunks_under, first_sample, overlap, samples_key, samples_to_bytes, to_bytes, top_level,
 };
-use crate::interpolated::{self, OwnChunk, first_of};
+use crate::interpolated::{self, Origin, OwnChunk, first_of};
 use crate::progress::Progress;
 use crate::raster::{NODES, OwnGrid};
 use crate::samples::{Extremes, Faults, Raster, Rectangle};
@@ -48,9 +48,9 @@ struct BandRecord {
     extremes: Option<Extremes>,
     /// For each file that reaches into it what cannot be right in it.
     faults: Vec<Faults>,
-    /// Column and row of each chunk that follows from a coarse file's own samples, and the place of that among those of the raster.
+    /// Column and row of each chunk that follows from a coarse file's own samples, and from which.
     #[serde(default)]
-    interpolated: Vec<(u32, u32, usize)>,
+    interpolated: Vec<(u32, u32, Origin)>,
 }
 
 /// The samples of opened rasters while they are brought into a store.
@@ -65,8 +65,8 @@ pub(crate) struct Intake<'a> {
 pub(crate) struct Taken {
     /// Of chunks whose samples are in the store.
     pub(crate) names: BTreeMap<ChunkId, Name>,
-    /// Chunks that follow from a coarse file's own samples, and the place of that among those of the raster.
-    pub(crate) interpolated: BTreeMap<ChunkId, usize>,
+    /// Chunks that follow from a coarse file's own samples, and from which.
+    pub(crate) interpolated: BTreeMap<ChunkId, Origin>,
     /// Of own samples, for each coarse file.
     pub(crate) own: Vec<BTreeMap<OwnChunk, Name>>,
     /// None where nothing has a height.
@@ -149,12 +149,11 @@ impl<'a> Intake<'a> {
                     Band::Own { grid, .. } => taken.own[*grid].insert(OwnChunk { x: *x, y: *y }, name),
                 };
             }
-            for &(x, y, grid) in &record.interpolated {
-                ensure!(grid < taken.own.len(), "a record of chunks is damaged");
-                taken.interpolated.insert(ChunkId { level: 0, x, y }, grid);
+            for (x, y, origin) in record.interpolated {
+                ensure!(origin.file < taken.own.len(), "a record of chunks is damaged");
+                taken.interpolated.insert(ChunkId { level: 0, x, y }, origin);
             }
-            let both = taken.extremes.into_iter().chain(record.extremes);
-            taken.extremes = both.reduce(Extremes::with);
+            taken.extremes = of_both(taken.extremes, record.extremes);
             for (file, faults) in self.files_in(band).into_iter().zip(record.faults) {
                 taken.faults[file] = taken.faults[file].with(faults);
             }
@@ -240,9 +239,9 @@ impl<'a> Intake<'a> {
         let alone = ids.par_iter().map(|&id| Ok((id, self.alone_in(id)?)));
         for (id, alone) in alone.collect::<Result<Vec<_>>>()? {
             match alone {
-                Some((grid, extremes)) => {
-                    record.interpolated.push((id.x, id.y, grid));
-                    record.extremes = record.extremes.into_iter().chain(extremes).reduce(Extremes::with);
+                Some((origin, extremes)) => {
+                    record.interpolated.push((id.x, id.y, origin));
+                    record.extremes = of_both(record.extremes, extremes);
                     let [x, y] = [id.x as usize, id.y as usize];
                     progress.advance(self.samples_in_extent(&self.extent_of([x..x + 1, y..y + 1])));
                 }
@@ -264,18 +263,19 @@ impl<'a> Intake<'a> {
         Ok(record)
     }
 
-    /// The coarse file that a chunk follows from, if there is one, and the extremes of its samples there.
-    fn alone_in(&self, id: ChunkId) -> Result<Option<(usize, Option<Extremes>)>> {
+    /// What a chunk follows from, if a coarse file is alone and whole there, and the extremes of its samples.
+    fn alone_in(&self, id: ChunkId) -> Result<Option<(Origin, Option<Extremes>)>> {
         let first = first_of(self.raster.origin(), id);
         let rectangle = first.map(|first| first..first + CHUNK as i64);
         let own_grids = self.raster.own_grids().iter().enumerate();
-        for (grid, own) in own_grids.filter(|(_, own)| own.is_alone_in(&rectangle)) {
-            let Some([columns, rows]) = own.samples_under(first, CHUNK / NODES) else {
+        for (file, own) in own_grids.filter(|(_, own)| own.is_alone_in(&rectangle)) {
+            let Some(samples) = own.samples_under(first, CHUNK / NODES) else {
                 continue;
             };
-            let samples = self.raster.read_own(own.file(), columns, rows)?;
-            if !samples.iter().any(|sample| sample.is_nan()) {
-                return Ok(Some((grid, Extremes::of(&samples))));
+            let [columns, rows] = samples.clone();
+            let heights = self.raster.read_own(own, columns, rows)?;
+            if !heights.iter().any(|height| height.is_nan()) {
+                return Ok(Some((Origin { file, samples }, Extremes::of(&heights))));
             }
         }
         Ok(None)
@@ -293,8 +293,7 @@ impl<'a> Intake<'a> {
             .filter_map(Result::transpose)
             .collect();
         record.chunks.extend(chunks?);
-        let extremes = Extremes::of(&rectangle.heights);
-        record.extremes = record.extremes.into_iter().chain(extremes).reduce(Extremes::with);
+        record.extremes = of_both(record.extremes, Extremes::of(&rectangle.heights));
         for (file, faults) in self.files_in(band).into_iter().zip(&mut record.faults) {
             *faults = faults.with(rectangle.faults[file]);
         }
@@ -328,15 +327,11 @@ impl<'a> Intake<'a> {
     /// Reads a row of chunks of a coarse file's own samples.
     fn read_own(&self, own: &OwnGrid, row: u32) -> Result<BandRecord> {
         let [columns, rows] = own.reached();
-        let of_row = |range: &Range<usize>, chunk: u32| {
-            let first = chunk as usize * CHUNK;
-            range.start.max(first)..range.end.min(first + CHUNK)
-        };
-        let rows = of_row(&rows, row);
-        let samples = self.raster.read_own(own.file(), columns.clone(), rows.clone())?;
+        let rows = overlap(row as usize, 0, &rows);
+        let samples = self.raster.read_own(own, columns.clone(), rows.clone())?;
         let mut chunks = Vec::new();
         for x in (columns.start / CHUNK) as u32..columns.end.div_ceil(CHUNK) as u32 {
-            let across = of_row(&columns, x);
+            let across = overlap(x as usize, 0, &columns);
             let mut chunk = vec![f32::NAN; CHUNK * CHUNK];
             for line in rows.clone() {
                 let from = (line - rows.start) * columns.len() + across.start - columns.start;
@@ -356,6 +351,11 @@ impl<'a> Intake<'a> {
             interpolated: Vec::new(),
         })
     }
+}
+
+/// Of both, as far as there are any.
+fn of_both(one: Option<Extremes>, other: Option<Extremes>) -> Option<Extremes> {
+    one.into_iter().chain(other).reduce(Extremes::with)
 }
 
 /// Those of the indices of filled samples, which are in order, that are in a range.

@@ -14,10 +14,11 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use glam::{DMat2, DVec2};
 use moka::sync::Cache;
+use serde::{Deserialize, Serialize};
 use terrain_core::height_field::relief::{Blocks, CHUNK, Chunk, Computed};
 
-use crate::chunk_grid::{ChunkId, FIRST, from_bytes};
-use crate::raster::{NODES, OwnGrid, bend};
+use crate::chunk_grid::{ChunkId, FIRST, from_bytes, overlap};
+use crate::raster::{NODES, OwnGrid, Places};
 use crate::samples::Raster;
 use crate::store::{Name, Store};
 
@@ -32,6 +33,15 @@ const ROUNDING: [f64; 2] = [1e-4, 2.5e-7];
 pub(crate) struct OwnChunk {
     pub(crate) x: u32,
     pub(crate) y: u32,
+}
+
+/// What a chunk of samples follows from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Origin {
+    /// The place of a coarse file among those of the raster.
+    pub(crate) file: usize,
+    /// Columns and rows of the file that all heights of the chunk are between.
+    pub(crate) samples: [Range<usize>; 2],
 }
 
 /// Where own samples are in a store.
@@ -53,9 +63,9 @@ pub(crate) struct Interpolated {
     files: Vec<OwnSamples>,
     /// Column and row of the raster's first sample.
     origin: [i64; 2],
-    /// Place among `files`, of chunks of samples.
-    chunks: BTreeMap<ChunkId, usize>,
-    /// Of chunks of the relief, all of whose corners follow from one file.
+    /// Of chunks of samples.
+    chunks: BTreeMap<ChunkId, Origin>,
+    /// Place among `files`, of chunks of the relief all of whose corners follow from one.
     relief: BTreeMap<ChunkId, usize>,
 }
 
@@ -64,7 +74,7 @@ impl Interpolated {
     pub(crate) fn new(
         raster: &dyn Raster,
         store: &Store,
-        chunks: BTreeMap<ChunkId, usize>,
+        chunks: BTreeMap<ChunkId, Origin>,
         own: Vec<BTreeMap<OwnChunk, Name>>,
     ) -> Self {
         let files = raster.own_grids().iter().zip(own);
@@ -86,14 +96,17 @@ impl Interpolated {
     /// When own samples are missing.
     pub(crate) fn names(&self) -> Result<Vec<(ChunkId, Name)>> {
         let fingerprints: Vec<String> = self.files.iter().map(|file| file.grid.fingerprint()).collect();
-        let name = |(&id, &file): (&ChunkId, &usize)| {
-            let first = first_of(self.origin, id);
-            let under = self.files[file].grid.samples_under(first, CHUNK / NODES);
-            let mut parts = vec![fingerprints[file].clone().into_bytes(), format!("{id:?}").into_bytes()];
-            for chunk in chunks_over(&under.context("a record of chunks is damaged")?) {
-                parts.push(self.files[file].name(chunk)?.bytes().to_vec());
-            }
-            Ok((id, Name::of(parts.iter().map(Vec::as_slice))))
+        let name = |(&id, origin): (&ChunkId, &Origin)| {
+            let file = &self.files[origin.file];
+            let own = chunks_over(&origin.samples).into_iter().map(|chunk| file.name(chunk));
+            let own: Vec<u8> = own
+                .collect::<Result<Vec<Name>>>()?
+                .iter()
+                .flat_map(|name| name.bytes())
+                .collect();
+            let place = format!("{id:?}");
+            let parts = [fingerprints[origin.file].as_bytes(), place.as_bytes(), &own];
+            Ok((id, Name::of(parts)))
         };
         self.chunks.iter().map(name).collect()
     }
@@ -113,23 +126,20 @@ impl Interpolated {
     /// # Errors
     /// When the store cannot be read.
     pub(crate) fn heights(&self, id: ChunkId, columns: Range<usize>, rows: Range<usize>) -> Result<Option<Vec<f32>>> {
-        let Some(&file) = self.chunks.get(&id) else {
+        let Some(origin) = self.chunks.get(&id) else {
             return Ok(None);
         };
+        let file = &self.files[origin.file];
         // Places begin at one of those that the others are between.
         let first = [&columns, &rows].map(|range| range.start / NODES * NODES);
         let of_chunk = first_of(self.origin, id);
         let from = [0, 1].map(|axis| of_chunk[axis] + first[axis] as i64);
-        let size = [columns.end - first[0], rows.end - first[1]];
-        let places = self.files[file].grid.places(from, 1, size);
-        let asked: Vec<DVec2> = (rows.start - first[1]..size[1])
-            .flat_map(|row| {
-                places[row * size[0]..][columns.start - first[0]..size[0]]
-                    .iter()
-                    .copied()
-            })
-            .collect();
-        self.files[file].heights(&asked).map(Some)
+        let nodes = [columns.end - first[0], rows.end - first[1]].map(|samples| (samples - 1) / NODES + 2);
+        let places = file.grid.places(from, NODES, nodes);
+        let window = file.window(&places.nodes)?;
+        let row = |row: usize| columns.clone().map(move |column| [column - first[0], row - first[1]]);
+        let height = |[column, row]: [usize; 2]| window.height(places.at(column, row)) as f32;
+        Ok(Some(rows.flat_map(row).map(height).collect()))
     }
 
     /// A chunk of the relief, if it follows from a coarse file's samples.
@@ -146,44 +156,39 @@ impl Interpolated {
         let apart = step.max(NODES);
         let across = CHUNK * step / apart + 2;
         let places = file.grid.places(first, apart, [across, across]);
-        let window = file.window(&places)?;
+        let window = file.window(&places.nodes)?;
         let highest = window
             .heights
             .iter()
             .fold(0.0, |far: f64, &height| far.max(height.abs().into()));
         let blocks = FollowingBlocks {
-            bent: if step > NODES {
-                bend(&places, across)
-            } else {
-                DVec2::ZERO
-            },
+            bent: if step > NODES { places.bend() } else { DVec2::ZERO },
             rounding: ROUNDING[0] + ROUNDING[1] * highest,
-            is_of_samples: id.level == 0,
-            in_step: apart / step,
+            step,
             window,
             places,
-            across,
         };
         Ok(Some(Chunk {
             corners: Vec::new(),
             guessed: Vec::new(),
             residuals: Vec::new(),
-            steepest: blocks.steepest(apart as f64) as f32,
+            steepest: blocks.steepest() as f32,
             computed: Some(Computed(Arc::new(blocks))),
         }))
     }
 }
 
 /// The chunks of the relief all of whose corners follow from one file, up to the level that `levels` tells of each.
-fn relief_of(chunks: &BTreeMap<ChunkId, usize>, levels: impl Fn(usize) -> u8) -> BTreeMap<ChunkId, usize> {
+fn relief_of(chunks: &BTreeMap<ChunkId, Origin>, levels: impl Fn(usize) -> u8) -> BTreeMap<ChunkId, usize> {
     let is_whole = |id: ChunkId, file: usize| {
         let following = id.with_following();
-        following.iter().all(|beside| chunks.get(beside) == Some(&file))
+        let is_alike = |beside| chunks.get(beside).is_some_and(|origin| origin.file == file);
+        following.iter().all(is_alike)
     };
     let mut below: BTreeMap<ChunkId, usize> = chunks
         .iter()
-        .filter(|&(&id, &file)| is_whole(id, file))
-        .map(|(&id, &file)| (id, file))
+        .map(|(&id, origin)| (id, origin.file))
+        .filter(|&(id, file)| is_whole(id, file))
         .collect();
     let mut relief = below.clone();
     while !below.is_empty() {
@@ -242,29 +247,14 @@ impl OwnSamples {
         Ok(samples)
     }
 
-    fn heights(&self, places: &[DVec2]) -> Result<Vec<f32>> {
-        let window = self.window(places)?;
-        Ok(places.iter().map(|&place| window.height(place) as f32).collect())
-    }
-
     /// The own samples around some places.
     fn window(&self, places: &[DVec2]) -> Result<OwnWindow> {
-        let size = self.grid.size();
-        let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        let [columns, rows] = [0, 1].map(|axis| {
-            let first = ((low[axis] - 1.0).max(0.0) as usize).min(size[axis] - 2);
-            first..((high[axis] + 3.0).max(0.0) as usize).clamp(first + 2, size[axis])
-        });
+        let [columns, rows] = self.grid.samples_around(places, DVec2::ONE);
         let mut heights = vec![f32::NAN; columns.len() * rows.len()];
         for id in chunks_over(&[columns.clone(), rows.clone()]) {
             let chunk = self.chunk(id)?;
-            let of_chunk = |range: &Range<usize>, chunk: u32| {
-                let first = chunk as usize * CHUNK;
-                range.start.max(first)..range.end.min(first + CHUNK)
-            };
-            let across = of_chunk(&columns, id.x);
-            for row in of_chunk(&rows, id.y) {
+            let across = overlap(id.x as usize, 0, &columns);
+            for row in overlap(id.y as usize, 0, &rows) {
                 let from = row % CHUNK * CHUNK + across.start % CHUNK;
                 let to = (row - rows.start) * columns.len() + across.start - columns.start;
                 heights[to..to + across.len()].copy_from_slice(&chunk[from..from + across.len()]);
@@ -314,32 +304,27 @@ fn chunks_over([columns, rows]: &[Range<usize>; 2]) -> Vec<OwnChunk> {
 #[derive(Debug)]
 struct FollowingBlocks {
     window: OwnWindow,
-    /// Columns and rows of the file at every `in_step`-th corner, `across` in a row.
-    places: Vec<DVec2>,
-    across: usize,
-    in_step: usize,
+    places: Places,
+    /// Samples of the lattice along the side of a block.
+    step: usize,
     /// Cells of the file by which places may leave the bilinear ones inside a block.
     bent: DVec2,
     /// Metres.
     rounding: f64,
-    is_of_samples: bool,
 }
 
 impl FollowingBlocks {
     fn place(&self, column: usize, row: usize) -> DVec2 {
-        let first = row / self.in_step * self.across + column / self.in_step;
-        if self.in_step == 1 {
-            return self.places[first];
-        }
-        let share = |corner: usize| (corner % self.in_step) as f64 / self.in_step as f64;
-        let (across, down) = (share(column), share(row));
-        let above = self.places[first].lerp(self.places[first + 1], across);
-        let below = self.places[first + self.across].lerp(self.places[first + self.across + 1], across);
-        above.lerp(below, down)
+        self.places.at(column * self.step, row * self.step)
     }
 
-    /// Metres that neighbouring samples of the lattice may differ at most, where so many are from place to place.
-    fn steepest(&self, apart: f64) -> f64 {
+    /// Metres that neighbouring samples of the lattice may differ at most.
+    fn steepest(&self) -> f64 {
+        let Places {
+            nodes,
+            across: in_row,
+            apart,
+        } = &self.places;
         let width = self.window.columns.len();
         let rows = self.window.heights.chunks_exact(width);
         let across = rows
@@ -349,11 +334,11 @@ impl FollowingBlocks {
         let down = self.window.heights.iter().zip(&self.window.heights[width..]);
         let down = down.map(|(above, below)| (below - above).abs()).fold(0.0, f32::max);
         let slope = DVec2::new(across.into(), down.into());
-        let steps_across = self.places.chunks_exact(self.across).flat_map(|row| row.windows(2));
+        let steps_across = nodes.chunks_exact(*in_row).flat_map(|row| row.windows(2));
         let steps_across = steps_across.map(|pair| (pair[1] - pair[0]).abs());
-        let steps_down = self.places.iter().zip(&self.places[self.across..]);
+        let steps_down = nodes.iter().zip(&nodes[*in_row..]);
         let steps_down = steps_down.map(|(&above, &below)| (below - above).abs());
-        let rise = |cells: DVec2| slope.dot((cells + self.bent) / apart);
+        let rise = |cells: DVec2| slope.dot((cells + self.bent) / *apart as f64);
         steps_across.chain(steps_down).map(rise).fold(0.0, f64::max) + 2.0 * self.rounding
     }
 }
@@ -364,7 +349,7 @@ impl Blocks for FollowingBlocks {
     }
 
     fn residual(&self, column: usize, row: usize) -> [f32; 2] {
-        if self.is_of_samples {
+        if self.step == 1 {
             return [0.0; 2];
         }
         let [p, q, r, s] = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| self.place(column + x, row + y));
@@ -393,7 +378,7 @@ impl Blocks for FollowingBlocks {
     }
 
     fn bytes(&self) -> usize {
-        size_of::<Self>() + 4 * self.window.heights.len() + size_of::<DVec2>() * self.places.len()
+        size_of::<Self>() + 4 * self.window.heights.len() + size_of::<DVec2>() * self.places.nodes.len()
     }
 }
 

@@ -90,21 +90,24 @@ fn heights_and_bounds_of_a_country_around_a_site_are_those_of_all_its_samples_on
             let is_same = made.is_nan() && read.is_nan() || (made - read).abs() < 1e-3;
             assert!(is_same, "{place:?}: {made} instead of {read}");
         }
-        check_relief(&chunked, &window.heights, [columns, rows]);
+        check_relief(&chunked, rasters.origin(), &window.heights, [columns, rows]);
     }
 }
 
 /// Each block's bound holds all samples in it, and is not much wider than it must be.
-fn check_relief(chunked: &ChunkedRaster, heights: &[f32], [columns, rows]: [usize; 2]) {
+fn check_relief(chunked: &ChunkedRaster, origin: [i64; 2], heights: &[f32], [columns, rows]: [usize; 2]) {
     let mut widths = [0.0, 0.0];
     let mut seen = 0;
     for level in 1..=4 {
-        for id in chunked.chunks_of(level).into_iter().filter(|&id| chunked.follows(id)) {
+        for id in chunked.chunks_of(level) {
             let chunk = chunked.chunk_at(id).unwrap().unwrap();
-            let side = 1 << level;
+            if chunk.computed.is_none() {
+                continue;
+            }
+            let (side, of_chunk) = (1 << level, first_of(origin, id));
             for block in (0..CHUNK * CHUNK).step_by(37) {
                 let (across, down) = (block % CHUNK, block / CHUNK);
-                let first = chunked.of_raster(id, [across, down]);
+                let first = [of_chunk[0] + (across * side) as i64, of_chunk[1] + (down * side) as i64];
                 let [a, b, c, d] = chunk.patch(across, down);
                 let [least, greatest] = chunk.residual(across, down).map(f64::from);
                 let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -128,4 +131,24 @@ fn check_relief(chunked: &ChunkedRaster, heights: &[f32], [columns, rows]: [usiz
     }
     assert!(seen > 1000, "{seen} blocks");
     assert!(widths[1] < 6.0 * widths[0] + 0.01 * f64::from(seen), "{widths:?}");
+}
+
+#[test]
+fn an_underlay_that_goes_on_beyond_the_rectangle_ends_with_it() {
+    let folder = TempDir::new().unwrap();
+    let store = Store::open(&folder.path().join("store").display().to_string()).unwrap();
+    let [site, country] = site_in_country(&folder, true);
+    let mut options = ReadOptions::default();
+    options.overrides.reading.underlay = vec![country.display().to_string()];
+    options.overrides.reading.around = Some(8000.0);
+    let rasters = Rasters::open(&[site], &options).unwrap();
+    let intake = Intake::new(&rasters, &store);
+    let taken = intake.take(&intake.bands(), &Progress::silent()).unwrap();
+    assert!(!taken.interpolated.is_empty());
+    let size = Raster::size(&rasters).map(|samples| samples as i64);
+    for &id in taken.interpolated.keys() {
+        let first = first_of(rasters.origin(), id);
+        let is_inside = |axis: usize| first[axis] >= 0 && first[axis] + CHUNK as i64 <= size[axis];
+        assert!(is_inside(0) && is_inside(1), "{id:?} at {first:?} of {size:?}");
+    }
 }

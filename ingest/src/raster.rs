@@ -3,6 +3,7 @@
 mod archive_file;
 mod between;
 mod breaklines;
+mod coarse_files;
 mod composition;
 mod crs;
 mod drivers;
@@ -44,7 +45,7 @@ pub use drivers::is_raster;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use own_grid::OwnGrid;
-pub(crate) use own_grid::{NODES, bend};
+pub(crate) use own_grid::{NODES, Places};
 pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
 pub use vectors::{Rings, polygons_on_earth};
@@ -59,7 +60,6 @@ use between::Between;
 use composition::{Area, Composition, common};
 use layout::Layout;
 use mosaic::Mosaic;
-use own_grid::OwnGridRecord;
 use pieces::{cut, part_size};
 use remark::{HIGHEST, remark, tell, tell_of_missing};
 use source::Source;
@@ -76,8 +76,6 @@ const FILL: f64 = 40.0;
 const MOST_OBLONG: f64 = 4.0;
 /// Vertices of polygons of water that an archive may keep.
 const MOST_WATER: usize = 1 << 17;
-/// Cells of a file whose sides are so many times those of the lattice's are kept as they are.
-const COARSE: f64 = 4.0;
 
 /// Rasters on one lattice of samples, opened but not read.
 pub struct Rasters {
@@ -149,64 +147,15 @@ impl Rasters {
                 rasters.lakes.extend(lakes);
             }
         }
-        rasters.own_grids = rasters.coarse_files()?;
+        let all = coarse_files::FilesOnLattice {
+            files: &rasters.files,
+            mosaic: &rasters.mosaic,
+            lakes: &rasters.lakes,
+            reach: rasters.rules.reach() as i64,
+            georeference: &rasters.georeference,
+        };
+        rasters.own_grids = coarse_files::coarse_files(&all);
         Ok(rasters)
-    }
-
-    /// The files whose samples are much farther apart than those of the lattice.
-    fn coarse_files(&self) -> Result<Vec<Arc<OwnGrid>>, ReadError> {
-        let of_lattice = self.files[self.mosaic.lattice].layout();
-        let is_coarse = |file: &usize| {
-            let place = &self.mosaic.places[*file];
-            place.between.is_some()
-                && place.coarseness >= COARSE
-                && !between::is_around(self.files[*file].layout())
-                && place.extent.iter().all(|range| !range.is_empty())
-        };
-        let own_grid = |file: usize| {
-            let layout = self.files[file].layout();
-            let record = OwnGridRecord {
-                file,
-                crs: layout.crs.clone(),
-                to_crs: layout.to_crs.to_cols_array(),
-                size: [layout.columns, layout.rows],
-                is_in_degrees: layout.is_in_degrees,
-                coarseness: self.mosaic.places[file].coarseness,
-                extent: self.mosaic.places[file].extent.clone(),
-                composed: self.composed_around(file),
-            };
-            let lattice = (&of_lattice.crs, self.mosaic.to_crs);
-            OwnGrid::new(record, lattice, &self.georeference)
-                .map(Arc::new)
-                .map_err(|source| ReadError::Position(layout.path.clone(), source))
-        };
-        (0..self.files.len()).filter(is_coarse).map(own_grid).collect()
-    }
-
-    /// Columns and rows in which heights are not those of a file alone: where others reach, and in lakes.
-    fn composed_around(&self, file: usize) -> Vec<[Range<i64>; 2]> {
-        let reach = self.rules.reach() as i64;
-        let others = self
-            .mosaic
-            .places
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != file);
-        let of_others = others.map(|(_, place)| {
-            place
-                .extent
-                .each_ref()
-                .map(|range| range.start as i64 - reach..range.end as i64 + reach)
-        });
-        let origin = self.mosaic.origin;
-        let of_lakes = self.lakes.iter().map(|lake| {
-            let extent = lake.extent();
-            [0, 1].map(|axis| {
-                let of_mosaic = |place: i64| place.saturating_sub(origin[axis]);
-                of_mosaic(extent[axis].start)..of_mosaic(extent[axis].end)
-            })
-        });
-        of_others.chain(of_lakes).collect()
     }
 
     /// The polygons of a file, each at the level of the samples inside.
@@ -486,10 +435,8 @@ impl Raster for Rasters {
         &self.own_grids
     }
 
-    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
-        let own = self.mosaic.places[file].between.as_ref().map(|between| &between.own);
-        let own = own.unwrap_or(&self.georeference);
-        let metres = self.read_samples(file, own, [&columns, &rows])?;
+    fn read_own(&self, own: &OwnGrid, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+        let metres = self.read_samples(own.file(), own.own(), [&columns, &rows])?;
         Ok(metres.into_iter().map(|metres| checked_height(metres).0).collect())
     }
 

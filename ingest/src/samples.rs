@@ -41,11 +41,11 @@ pub trait Raster: Sync {
         &[]
     }
 
-    /// Reads own samples of a file: metres, row by row; NaN where void.
+    /// Reads samples of such a file: metres, row by row; NaN where void.
     ///
     /// # Errors
     /// When the file cannot be read.
-    fn read_own(&self, file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError>;
+    fn read_own(&self, own: &OwnGrid, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError>;
 
     /// Where the samples are.
     fn georeference(&self) -> &GeoReference;
@@ -259,7 +259,7 @@ impl Raster for HeightGrid {
         })
     }
 
-    fn read_own(&self, _file: usize, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+    fn read_own(&self, _own: &OwnGrid, columns: Range<usize>, rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
         Ok(self.heights_in(&columns, &rows))
     }
 

@@ -15,6 +15,9 @@ pub(crate) const NODES: usize = 16;
 /// Cells of a file by which places may bend from one such place to the next but one.
 const MOST_BENT: f64 = 1e-4;
 
+/// Cells of a file beyond its reach that may be asked for, where it is four times as coarse as the lattice, with those around them.
+const BEYOND: f64 = 8.0;
+
 /// Samples of a file between those of the lattice.
 pub struct OwnGrid {
     record: OwnGridRecord,
@@ -40,42 +43,52 @@ pub(crate) struct OwnGridRecord {
     pub(super) composed: Vec<[Range<i64>; 2]>,
 }
 
-impl OwnGrid {
-    /// On the lattice that `lattice` leads from, of which `georeference` is the mosaic.
+impl OwnGridRecord {
+    fn to_crs(&self) -> DAffine2 {
+        DAffine2::from_cols_array(&self.to_crs)
+    }
+
+    /// Where the file's samples are on the Earth.
     ///
     /// # Errors
-    /// When PROJ does not know where the file is.
+    /// When PROJ does not know it.
+    pub(super) fn georeference(&self) -> Result<GeoReference, GeoReferenceError> {
+        GeoReference::new(&self.crs, self.to_crs(), self.size[0], self.size[1])
+    }
+}
+
+impl OwnGrid {
+    /// On the lattice that `lattice` leads from, of which `georeference` is the mosaic; `own` is where the file's samples are on the Earth.
     pub(super) fn new(
         record: OwnGridRecord,
         lattice: (&Crs, DAffine2),
+        own: GeoReference,
         georeference: &GeoReference,
-    ) -> Result<Self, GeoReferenceError> {
-        let to_crs = DAffine2::from_cols_array(&record.to_crs);
-        let own = GeoReference::new(&record.crs, to_crs, record.size[0], record.size[1])?;
+    ) -> Self {
         let file = Frame {
             crs: &record.crs,
-            to_crs,
+            to_crs: record.to_crs(),
             is_in_degrees: record.is_in_degrees,
         };
-        Ok(Self {
+        Self {
             between: Between::new(lattice, file, own),
             georeference: georeference.clone(),
             record,
-        })
+        }
     }
 
     pub(super) fn record(&self) -> &OwnGridRecord {
         &self.record
     }
 
+    /// Where the file's samples are on the Earth.
+    pub(super) fn own(&self) -> &GeoReference {
+        &self.between.own
+    }
+
     /// Number of the file.
     pub(crate) fn file(&self) -> usize {
         self.record.file
-    }
-
-    /// Columns and rows of the file.
-    pub(crate) fn size(&self) -> [usize; 2] {
-        self.record.size
     }
 
     /// Sides of the file's cells in those of the lattice.
@@ -95,68 +108,44 @@ impl OwnGrid {
 
     /// Whether heights in a rectangle of the mosaic depend on nothing but this file.
     pub(crate) fn is_alone_in(&self, rectangle: &[Range<i64>; 2]) -> bool {
+        let is_in_reach = (0..2).all(|axis| {
+            let (extent, own) = (&self.record.extent[axis], &rectangle[axis]);
+            extent.start as i64 <= own.start && own.end <= extent.end as i64
+        });
         let reaches = |other: &[Range<i64>; 2]| {
             (0..2).all(|axis| {
                 let (other, own) = (&other[axis], &rectangle[axis]);
                 other.start < own.end && own.start < other.end
             })
         };
-        let extent = self
-            .record
-            .extent
-            .each_ref()
-            .map(|range| range.start as i64..range.end as i64);
-        reaches(&extent) && !self.record.composed.iter().any(reaches)
+        is_in_reach && !self.record.composed.iter().any(reaches)
     }
 
-    /// Columns and rows of the file at each `step`-th sample of the mosaic from `first` on, row by row. `step` is a power of two; between
-    /// each [`NODES`]-th place from `first` on they are bilinear, so that a place is the same from wherever a multiple of it is begun.
-    pub(crate) fn places(&self, first: [i64; 2], step: usize, [columns, rows]: [usize; 2]) -> Vec<DVec2> {
-        let at = |column: i64, row: i64| {
+    /// Columns and rows of the file at samples of the mosaic from `first` on: at each `apart`-th, and bilinear between these. Where `apart` is
+    /// [`NODES`], a place is the same from wherever a multiple of it is begun. There are `columns` × `rows` that are not between others.
+    pub(crate) fn places(&self, first: [i64; 2], apart: usize, [columns, rows]: [usize; 2]) -> Places {
+        let place = |index: usize| {
+            let [column, row] = [index % columns, index / columns].map(|node| (node * apart) as i64);
             let sample = DVec2::new((first[0] + column) as f64, (first[1] + row) as f64);
             self.between.place(&self.georeference, sample)
         };
-        if step >= NODES {
-            let in_row = |row: usize| (0..columns).map(move |column| at((column * step) as i64, (row * step) as i64));
-            return (0..rows).flat_map(in_row).collect();
+        Places {
+            nodes: (0..columns * rows).map(place).collect(),
+            across: columns,
+            apart,
         }
-        let nodes = [columns, rows].map(|count| (count - 1) * step / NODES + 2);
-        let of_nodes: Vec<DVec2> = (0..nodes[0] * nodes[1])
-            .map(|index| {
-                let [column, row] = [index % nodes[0], index / nodes[0]].map(|node| (node * NODES) as i64);
-                at(column, row)
-            })
-            .collect();
-        let mut places = Vec::with_capacity(columns * rows);
-        for row in (0..rows).map(|row| row * step) {
-            let down = (row % NODES) as f64 / NODES as f64;
-            let of_row = &of_nodes[row / NODES * nodes[0]..];
-            for column in (0..columns).map(|column| column * step) {
-                let across = (column % NODES) as f64 / NODES as f64;
-                let node = column / NODES;
-                let above = of_row[node].lerp(of_row[node + 1], across);
-                let below = of_row[nodes[0] + node].lerp(of_row[nodes[0] + node + 1], across);
-                places.push(above.lerp(below, down));
-            }
-        }
-        places
     }
 
     /// Columns and rows of the file around all heights in `count` × `count` steps of [`NODES`] samples from `first` on; none where some
     /// place is beside the file, or places are too bent to be bilinear between.
     pub(crate) fn samples_under(&self, first: [i64; 2], count: usize) -> Option<[Range<usize>; 2]> {
-        let side = count + 1;
-        let places = self.places(first, NODES, [side, side]);
-        let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let places = self.places(first, NODES, [count + 1, count + 1]);
         let last = DVec2::new(self.record.size[0] as f64, self.record.size[1] as f64) - 1.0;
-        let is_inside = places.iter().all(|place| place.is_finite())
-            && (low - MOST_BENT).cmpge(DVec2::ZERO).all()
-            && (high + MOST_BENT).cmple(last).all();
-        if !is_inside || bend(&places, side).max_element() > MOST_BENT {
-            return None;
-        }
-        Some(around(low - MOST_BENT, high + MOST_BENT, self.record.size))
+        let is_inside = |place: &DVec2| {
+            place.is_finite() && (place - MOST_BENT).cmpge(DVec2::ZERO).all() && (place + MOST_BENT).cmple(last).all()
+        };
+        let is_usable = places.nodes.iter().all(is_inside) && places.bend().max_element() <= MOST_BENT;
+        is_usable.then(|| self.samples_around(&places.nodes, DVec2::splat(MOST_BENT)))
     }
 
     /// Columns and rows of the file that heights in its reach may be made from.
@@ -174,33 +163,66 @@ impl OwnGrid {
         if places.iter().any(|place| !place.is_finite()) {
             return self.record.size.map(|size| 0..size);
         }
-        let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        let high = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        // Between the places it may bulge by a small part of what lies between.
-        let margin = (high - low) / STRETCHES as f64 + 2.0;
-        around(low - margin, high + margin, self.record.size)
+        // Between the places it may bulge by a small part of what lies between; and chunks ask for places one step beyond their last.
+        let [low, high] = extent(&places);
+        self.samples_around(&places, (high - low) / STRETCHES as f64 + BEYOND)
+    }
+
+    /// Columns and rows of the file with all cells that are no more than `margin` cells beside some places.
+    pub(crate) fn samples_around(&self, places: &[DVec2], margin: DVec2) -> [Range<usize>; 2] {
+        let [low, high] = extent(places);
+        let (low, high) = ((low - margin).max(DVec2::ZERO), (high + margin).max(DVec2::ZERO));
+        [0, 1].map(|axis| {
+            let size = self.record.size[axis];
+            let first = (low[axis] as usize).min(size - 2);
+            first..(high[axis] as usize).saturating_add(2).clamp(first + 2, size)
+        })
     }
 }
 
-/// Cells of a file by which places, `columns` in a row, bend from one to the next but one, across and down.
-pub(crate) fn bend(places: &[DVec2], columns: usize) -> DVec2 {
-    let second = |[a, b, c]: [DVec2; 3]| (a - 2.0 * b + c).abs();
-    let across = places
-        .chunks_exact(columns)
-        .flat_map(|row| row.windows(3))
-        .map(|three| second([three[0], three[1], three[2]]));
-    let down = places
-        .iter()
-        .zip(&places[columns..])
-        .zip(&places[2 * columns..])
-        .map(|((&a, &b), &c)| second([a, b, c]));
-    across.chain(down).fold(DVec2::ZERO, DVec2::max)
+/// Places of samples of the lattice in a file, its columns and rows.
+#[derive(Debug)]
+pub(crate) struct Places {
+    /// At every `apart`-th sample, `across` in a row.
+    pub(crate) nodes: Vec<DVec2>,
+    pub(crate) across: usize,
+    pub(crate) apart: usize,
 }
 
-/// Samples of a file of some size with all cells from `low` to `high`.
-fn around(low: DVec2, high: DVec2, size: [usize; 2]) -> [Range<usize>; 2] {
-    [0, 1].map(|axis| {
-        let first = (low[axis].floor().max(0.0) as usize).min(size[axis] - 1);
-        first..((high[axis].max(0.0).floor() as usize).saturating_add(2)).clamp(first + 1, size[axis])
-    })
+impl Places {
+    /// Of a sample, so many columns and rows after the first.
+    pub(crate) fn at(&self, column: usize, row: usize) -> DVec2 {
+        let first = row / self.apart * self.across + column / self.apart;
+        let share = |samples: usize| (samples % self.apart) as f64 / self.apart as f64;
+        let (across, down) = (share(column), share(row));
+        if across == 0.0 && down == 0.0 {
+            return self.nodes[first];
+        }
+        let above = self.nodes[first].lerp(self.nodes[first + 1], across);
+        let below = self.nodes[first + self.across].lerp(self.nodes[first + self.across + 1], across);
+        above.lerp(below, down)
+    }
+
+    /// Cells of the file by which nodes bend from one to the next but one, at most, across and down.
+    pub(crate) fn bend(&self) -> DVec2 {
+        let second = |[a, b, c]: [DVec2; 3]| (a - 2.0 * b + c).abs();
+        let across = self
+            .nodes
+            .chunks_exact(self.across)
+            .flat_map(|row| row.windows(3))
+            .map(|three| second([three[0], three[1], three[2]]));
+        let down = self
+            .nodes
+            .iter()
+            .zip(&self.nodes[self.across..])
+            .zip(&self.nodes[2 * self.across..])
+            .map(|((&a, &b), &c)| second([a, b, c]));
+        across.chain(down).fold(DVec2::ZERO, DVec2::max)
+    }
+}
+
+/// The least and the greatest of some places, in both directions.
+fn extent(places: &[DVec2]) -> [DVec2; 2] {
+    let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+    [low, places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max)]
 }

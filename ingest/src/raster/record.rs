@@ -53,8 +53,11 @@ impl RecordedRaster {
         let to_crs = DAffine2::from_cols_array(&record.to_crs);
         let georeference = GeoReference::on_lattice(&record.crs, to_crs, record.origin, columns, rows)
             .map_err(|source| ReadError::Position(record.first().to_owned(), source))?;
-        let own_grid =
-            |own: &OwnGridRecord| OwnGrid::new(own.clone(), (&record.crs, to_crs), &georeference).map(Arc::new);
+        let own_grid = |of_file: &OwnGridRecord| {
+            let own = of_file.georeference()?;
+            let lattice = (&record.crs, to_crs);
+            Ok(Arc::new(OwnGrid::new(of_file.clone(), lattice, own, &georeference)))
+        };
         let own_grids = record.own_grids.iter().map(own_grid).collect::<Result<_, _>>();
         let own_grids = own_grids.map_err(|source| ReadError::Position(record.first().to_owned(), source))?;
         Ok(Self {
@@ -107,7 +110,7 @@ impl Raster for RecordedRaster {
         &self.own_grids
     }
 
-    fn read_own(&self, _file: usize, _columns: Range<usize>, _rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
+    fn read_own(&self, _own: &OwnGrid, _columns: Range<usize>, _rows: Range<usize>) -> Result<Vec<f32>, ReadError> {
         Err(self.not_read())
     }
 

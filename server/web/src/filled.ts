@@ -28,13 +28,16 @@ export async function filledCells(bytes: Uint8Array): Promise<Uint8Array<ArrayBu
 /** Whether there is filled ground in the cell of a place, from 0 to 1 eastwards and northwards through the tile's square. */
 export function isFilled(cells: Uint8Array, x: number, y: number): boolean {
   const [column, row] = [x, y].map((part) => Math.min(Math.max(Math.floor(part * FILLED_CELLS), 0), FILLED_CELLS - 1)) as [number, number];
-  const cell = row * FILLED_CELLS + column;
-  return ((cells[cell >> 3]! >> (cell & 7)) & 1) === 1;
+  return isSet(cells, row * FILLED_CELLS + column);
 }
 
 /** A texel a cell, 255 where it is filled. */
 export function filledTexels(cells: Uint8Array): Uint8Array<ArrayBuffer> {
-  return Uint8Array.from({ length: FILLED_CELLS * FILLED_CELLS }, (_, cell) => (((cells[cell >> 3]! >> (cell & 7)) & 1) === 1 ? 255 : 0));
+  return Uint8Array.from({ length: FILLED_CELLS * FILLED_CELLS }, (_, cell) => (isSet(cells, cell) ? 255 : 0));
+}
+
+function isSet(cells: Uint8Array, cell: number): boolean {
+  return ((cells[cell >> 3]! >> (cell & 7)) & 1) === 1;
 }
 
 function inflated(bytes: Uint8Array): ReadableStream<Uint8Array> {
