@@ -34,7 +34,7 @@ use terrain_tiles::address::{TileAddress, is_leaf, rows_of, standing_for};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
-use terrain_tiles::layer_json::LayerJson;
+use terrain_tiles::layer_json::{LayerForm, LayerJson};
 use terrain_tiles::metadata::{Metadata, Zoom};
 use terrain_tiles::raster_dem::RasterForm;
 
@@ -310,7 +310,12 @@ impl<'a> Pack<'a> {
             )
         })?;
         let name = self.archive.metadata().source.files.join(", ");
-        let layer = LayerJson::new(&name, &format!("{:032x}", self.archive.version()), &self.metadata());
+        let layer = LayerJson::new(
+            &name,
+            &format!("{:032x}", self.archive.version()),
+            &self.metadata(),
+            &LayerForm::default(),
+        );
         self.folder.write("layer.json", &serde_json::to_vec(&layer)?)?;
         Ok(self)
     }

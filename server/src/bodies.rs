@@ -7,7 +7,7 @@ use quick_cache::sync::Cache;
 
 use crate::coding::Coding;
 use crate::failure::Failure;
-use crate::form::Form;
+use crate::form::{Form, MercatorRequest};
 use crate::raster_dem::RasterRequest;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::raster_dem::image::Format;
@@ -19,6 +19,8 @@ pub(crate) enum Key {
     Tile(u64, TileAddress, Form),
     /// A raster tile of a generation of an archive.
     Raster(u64, RasterRequest),
+    /// A quantized-mesh in Web Mercator, of a generation of an archive.
+    Mercator(u64, MercatorRequest),
     /// Normals of a tile's square.
     Gradients(u64, TileAddress, Format),
     /// A document by its tag, which tells its content.

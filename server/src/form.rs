@@ -4,11 +4,16 @@ use axum::body::Bytes;
 use axum::http::{HeaderMap, header};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::formats::quantized_mesh::{self, Extensions};
+use terrain_tiles::layer_json::{Rows, SLIPPY_MAP};
+use terrain_tiles::tile_file::SquareTile;
 
 use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::three_d_tiles::Part;
 use crate::tileset::{TileError, Tileset};
+
+/// Finest zoom of Web Mercator: columns and rows of finer ones do not fit their numbers.
+const FINEST_SQUARE: u8 = 26;
 
 /// In which form a tile is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -44,7 +49,10 @@ impl TileRequest {
                 )));
             }
         };
-        let address = tile_address([z, x, file])?;
+        let mut address = tile_address([z, x, file])?;
+        if asked_rows(query) == Rows::FromNorth {
+            address.y = (1 << address.zoom) - 1 - address.y;
+        }
         Ok(Self { address, form })
     }
 
@@ -57,17 +65,7 @@ impl TileRequest {
             Form::QuantizedMesh { extensions, .. } => {
                 let own = checksum.or_else(|| tileset.has_ground(self.address).then_some(0))?;
                 let checksum = tileset.checksum_with_surroundings(self.address, own);
-                let Extensions {
-                    normals,
-                    water_mask,
-                    measured_triangles,
-                } = extensions;
-                let flags = u8::from(normals) + 2 * u8::from(measured_triangles) + 4 * u8::from(water_mask);
-                // Another program may encode it otherwise.
-                Some(format!(
-                    "{checksum:016x}-{flags}-{}",
-                    env!("CARGO_PKG_VERSION").replace('.', "-")
-                ))
+                Some(quantized_mesh_tag(checksum, extensions))
             }
         }
     }
@@ -95,6 +93,70 @@ impl TileRequest {
     }
 }
 
+/// Which tile of Web Mercator is wanted, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct MercatorRequest {
+    pub(crate) tile: SquareTile,
+    extensions: Extensions,
+    pub(crate) coding: Coding,
+}
+
+impl MercatorRequest {
+    /// From the path's last three segments, the query and the headers.
+    pub(crate) fn parse([z, x, file]: [&str; 3], query: &str, headers: &HeaderMap) -> Result<Self, Failure> {
+        if !file.ends_with(".terrain") {
+            return Err(Failure::BadRequest(format!("tiles end in .terrain, not in “{file}”")));
+        }
+        let mut tile = square_tile([z, x, file])?;
+        if asked_rows(query) == Rows::FromSouth {
+            tile.y = (1 << tile.zoom) - 1 - tile.y;
+        }
+        Ok(Self {
+            tile,
+            extensions: asked_extensions(query, headers),
+            coding: Coding::accepted(headers),
+        })
+    }
+
+    /// Changes exactly when the tile's bytes do, but for their content coding; none where there is no tile.
+    pub(crate) fn tag(&self, tileset: &Tileset) -> Option<String> {
+        let checksum = tileset.checksum_in_mercator(self.tile)?;
+        Some(quantized_mesh_tag(checksum, self.extensions))
+    }
+
+    /// The tile's bytes. Blocks while it reads and encodes.
+    pub(crate) fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError> {
+        let mesh = tileset.quantized_mesh_in_mercator(self.tile, self.extensions)?;
+        let bytes = quantized_mesh::encode(&mesh, self.extensions);
+        self.coding.encode(bytes.into()).map_err(TileError::failure)
+    }
+}
+
+/// Of a quantized-mesh that is made of what `checksum` tells.
+fn quantized_mesh_tag(checksum: u64, extensions: Extensions) -> String {
+    let Extensions {
+        normals,
+        water_mask,
+        measured_triangles,
+    } = extensions;
+    let flags = u8::from(normals) + 2 * u8::from(measured_triangles) + 4 * u8::from(water_mask);
+    // Another program may encode it otherwise.
+    format!(
+        "{checksum:016x}-{flags}-{}",
+        env!("CARGO_PKG_VERSION").replace('.', "-")
+    )
+}
+
+/// From which end rows are counted.
+pub(crate) fn asked_rows(query: &str) -> Rows {
+    let asked = query.split('&').find_map(|part| part.strip_prefix("scheme="));
+    if asked == Some(SLIPPY_MAP) {
+        Rows::FromNorth
+    } else {
+        Rows::FromSouth
+    }
+}
+
 /// From zoom, column, and row with an ending.
 pub(crate) fn tile_address([z, x, file]: [&str; 3]) -> Result<TileAddress, Failure> {
     let y = file.split('.').next().unwrap_or_default();
@@ -109,6 +171,19 @@ pub(crate) fn tile_address([z, x, file]: [&str; 3]) -> Result<TileAddress, Failu
                 "{z}/{x}/{file} is no tile: zooms are 0 to 26, zoom z has columns 0 to 2^(z+1) − 1 and rows 0 to 2^z − 1"
             ))
         })
+}
+
+/// A tile of Web Mercator, from zoom, column, and row with an ending.
+pub(crate) fn square_tile([z, x, file]: [&str; 3]) -> Result<SquareTile, Failure> {
+    let y = file.split('.').next().unwrap_or_default();
+    match (whole_number(z), whole_number(x), whole_number(y)) {
+        (Some(zoom), Some(x), Some(y)) if zoom <= u32::from(FINEST_SQUARE) && x >> zoom == 0 && y >> zoom == 0 => {
+            Ok(SquareTile { zoom: zoom as u8, x, y })
+        }
+        _ => Err(Failure::BadRequest(format!(
+            "{z}/{x}/{file} is no tile of Web Mercator: zoom z, of 0 to {FINEST_SQUARE}, has columns and rows 0 to 2^z − 1"
+        ))),
+    }
 }
 
 /// A number of nothing but digits.

@@ -33,6 +33,7 @@ mod form;
 mod guard;
 mod heights;
 mod listen;
+mod mercator;
 mod metrics;
 mod observe;
 mod page;
@@ -89,6 +90,7 @@ pub fn router(service: Arc<Shared>, settings: &Settings) -> Result<Router, heade
         .route("/{name}/{z}/{x}/{file}", get(tiles::tile))
         .merge(services)
         .merge(raster_dem::routes())
+        .merge(mercator::routes())
         .merge(three_d_tiles::routes())
         .fallback(page::embedded)
         .with_state(Arc::clone(&service));

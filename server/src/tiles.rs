@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use axum::body::Bytes;
-use axum::extract::{Path, Request, State};
+use axum::extract::{Path, RawQuery, Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
 use serde_json::json;
+use terrain_tiles::layer_json::{LayerForm, Projection};
 use twox_hash::XxHash3_128;
 
 use crate::answer::Description;
 use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
-use crate::form::{Form, TileRequest};
+use crate::form::{Form, TileRequest, asked_rows};
 use crate::service::Service;
 use crate::tileset::{TileError, Tileset};
 
@@ -33,10 +34,29 @@ pub(crate) async fn list(State(service): State<Service>, headers: HeaderMap) -> 
 pub(crate) async fn layer_json(
     State(service): State<Service>,
     Path(name): Path<String>,
+    RawQuery(query): RawQuery,
     headers: HeaderMap,
 ) -> Result<Response, Failure> {
-    let document = service.find(&name)?.layer_json.clone();
-    json_document(&service, document, &headers).await
+    let query = query.unwrap_or_default();
+    layer_json_in(Projection::Geographic, &service, &name, &query, &headers).await
+}
+
+/// `layer.json` of an archive in a projection.
+pub(crate) async fn layer_json_in(
+    projection: Projection,
+    service: &Service,
+    name: &str,
+    query: &str,
+    headers: &HeaderMap,
+) -> Result<Response, Failure> {
+    let parents = url::form_urlencoded::parse(query.as_bytes()).filter(|(key, _)| key == "parent");
+    let form = LayerForm {
+        projection,
+        rows: asked_rows(query),
+        parent: parents.map(|(_, url)| url.into_owned()).next(),
+    };
+    let document = service.find(name)?.layer_json(&form);
+    json_document(service, document, headers).await
 }
 
 /// A document that was made for this answer; its tag is a hash.

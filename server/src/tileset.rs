@@ -1,5 +1,6 @@
 //! One generation of an archive, and its tiles.
 
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::Path;
@@ -8,11 +9,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use axum::body::Bytes;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::formats::quantized_mesh::{Extensions, QuantizedMesh, addresses_around};
+use terrain_tiles::formats::quantized_mesh::{
+    Extensions, QuantizedMesh, addresses_around, addresses_for, addresses_under,
+};
 use terrain_tiles::formats::{LevelLimits, spt};
-use terrain_tiles::layer_json::LayerJson;
+use terrain_tiles::layer_json::{LayerForm, LayerJson};
 use terrain_tiles::metadata::Metadata;
 use terrain_tiles::tile::Tile;
+use terrain_tiles::tile_file::SquareTile;
 
 use crate::failure::Failure;
 use crate::remote::Remote;
@@ -28,8 +32,8 @@ pub(crate) struct Tileset {
     pub(crate) version: String,
     /// Number of this open archive among all that were opened.
     pub(crate) generation: u64,
-    /// `layer.json`.
-    pub(crate) layer_json: Bytes,
+    /// `layer.json` in its usual form.
+    layer_json: Bytes,
     archive: Reader,
     /// Of what is drawn where nothing was measured, and of where there is water.
     surroundings_checksum: u64,
@@ -55,14 +59,11 @@ impl Tileset {
         };
         let version = format!("{:032x}", archive.version());
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let document = serde_json::to_vec(&LayerJson::new(&name, &version, archive.metadata()));
         Ok(Self {
+            layer_json: layer_json(&name, &version, archive.metadata(), &LayerForm::default()),
             name,
             version,
             generation: GENERATIONS.fetch_add(1, Ordering::Relaxed),
-            layer_json: document
-                .expect("strings, numbers and lists of them always become JSON")
-                .into(),
             surroundings_checksum: checksum_of(archive.metadata()),
             archive,
         })
@@ -71,6 +72,14 @@ impl Tileset {
     /// What the archive says of itself.
     pub(crate) fn metadata(&self) -> &Metadata {
         self.archive.metadata()
+    }
+
+    /// `layer.json`.
+    pub(crate) fn layer_json(&self, form: &LayerForm) -> Bytes {
+        if *form == LayerForm::default() {
+            return self.layer_json.clone();
+        }
+        layer_json(&self.name, &self.version, self.metadata(), form)
     }
 
     /// Whether a client that asks with `query` names this version: what it gets then never changes.
@@ -87,13 +96,33 @@ impl Tileset {
 
     /// Of all that a tile for other clients is made of: the tile, those beside it, what is outside, and water.
     pub(crate) fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
-        let beside = addresses_around(address)
+        self.checksum_of_all((own, self.surroundings_checksum), addresses_around(address))
+    }
+
+    /// Of all that a tile of Web Mercator is made of, if there is something to draw: where it reaches into a tile, or into what is beside
+    /// one.
+    pub(crate) fn checksum_in_mercator(&self, tile: SquareTile) -> Option<u64> {
+        let is_drawn = |address| self.checksum(address).is_some() || self.has_ground(address);
+        addresses_under(tile)
             .into_iter()
-            .map(|address| self.archive.checksum(address));
+            .any(is_drawn)
+            .then(|| self.checksum_of_all(self.surroundings_checksum, self.standing_for_all(addresses_for(tile))))
+    }
+
+    fn checksum_of_all(&self, of_others: impl Hash, addresses: impl IntoIterator<Item = TileAddress>) -> u64 {
         let mut hasher = DefaultHasher::new();
-        (own, self.surroundings_checksum).hash(&mut hasher);
-        beside.for_each(|checksum| checksum.hash(&mut hasher));
+        of_others.hash(&mut hasher);
+        let checksums = addresses.into_iter().map(|address| self.archive.checksum(address));
+        checksums.for_each(|checksum| checksum.hash(&mut hasher));
         hasher.finish()
+    }
+
+    /// The tiles that stand for squares.
+    fn standing_for_all(&self, addresses: Vec<TileAddress>) -> BTreeSet<TileAddress> {
+        addresses
+            .into_iter()
+            .filter_map(|address| self.standing_for(address))
+            .collect()
     }
 
     /// The tile that stands for a square, the one there or the leaf above, if there is one.
@@ -155,6 +184,30 @@ impl Tileset {
         mesh.water_mask = is_wanted.then(|| water.mask(address));
         Ok(mesh)
     }
+
+    /// A tile of Web Mercator. Blocks while it reads and decodes.
+    pub(crate) fn quantized_mesh_in_mercator(
+        &self,
+        tile: SquareTile,
+        extensions: Extensions,
+    ) -> Result<QuantizedMesh, TileError> {
+        let Metadata { outside, water, .. } = self.metadata();
+        let tiles = self.standing_for_all(addresses_for(tile)).into_iter();
+        let tiles: Vec<Tile> = tiles
+            .map(|address| self.tile(address))
+            .filter_map(Result::transpose)
+            .collect::<Result<_, _>>()?;
+        let mut mesh = QuantizedMesh::in_mercator(tile, &tiles, outside);
+        let is_wanted = extensions.water_mask && !water.is_empty();
+        mesh.water_mask = is_wanted.then(|| water.mask(tile));
+        Ok(mesh)
+    }
+}
+
+fn layer_json(name: &str, version: &str, metadata: &Metadata, form: &LayerForm) -> Bytes {
+    serde_json::to_vec(&LayerJson::new(name, version, metadata, form))
+        .expect("strings, numbers and lists of them always become JSON")
+        .into()
 }
 
 /// Of what is where nothing was measured, and of where there is water.

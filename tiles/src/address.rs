@@ -17,6 +17,38 @@ pub struct TileAddress {
     pub y: u32,
 }
 
+/// A rectangle of longitudes and latitudes, degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Longitude of its west side.
+    pub west: f64,
+    /// Latitude of its south side.
+    pub south: f64,
+    /// From west to east.
+    pub width: f64,
+    /// From south to north.
+    pub height: f64,
+}
+
+impl From<TileAddress> for Rectangle {
+    fn from(address: TileAddress) -> Self {
+        Self {
+            west: address.west(),
+            south: address.south(),
+            width: address.degrees(),
+            height: address.degrees(),
+        }
+    }
+}
+
+impl Rectangle {
+    /// Longitude and latitude at parts of its width and height.
+    #[must_use]
+    pub fn place(&self, [across, up]: [f64; 2]) -> [f64; 2] {
+        [self.west + across * self.width, self.south + up * self.height]
+    }
+}
+
 /// The four sides of a tile, in the order in which the tile format stores their levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Side {

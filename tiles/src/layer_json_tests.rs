@@ -21,7 +21,7 @@ fn zoom(zoom: u8, available: Vec<[u32; 4]>) -> Zoom {
 }
 
 fn document(metadata: &Metadata) -> Value {
-    serde_json::to_value(LayerJson::new("fault", "abc", metadata)).unwrap()
+    serde_json::to_value(LayerJson::new("fault", "abc", metadata, &LayerForm::default())).unwrap()
 }
 
 #[test]
@@ -49,6 +49,42 @@ fn it_has_every_key_that_clients_demand() {
                 [range([0, 1, 2, 3]), range([1, 2, 3, 3])],
             ],
         })
+    );
+}
+
+#[test]
+fn in_web_mercator_rows_are_those_over_the_same_latitudes() {
+    let mut metadata = metadata();
+    metadata.bounds = [-180.0, -90.0, 180.0, 90.0];
+    // 45° to 90° north: two of four rows of zoom 2, and beyond the end of the projection.
+    metadata.zooms = vec![
+        zoom(0, vec![[0, 0, 1, 0]]),
+        zoom(1, vec![[0, 1, 3, 1]]),
+        zoom(2, vec![[2, 3, 5, 3]]),
+    ];
+    let form = LayerForm {
+        projection: Projection::WebMercator,
+        parent: Some("world/".to_owned()),
+        ..LayerForm::default()
+    };
+    let document = serde_json::to_value(LayerJson::new("fault", "abc", &metadata, &form)).unwrap();
+    let range = |[x0, y0, x1, y1]: [u32; 4]| json!({"startX": x0, "startY": y0, "endX": x1, "endY": y1});
+    assert_eq!(
+        document["available"],
+        json!([
+            [range([0, 0, 0, 0])],
+            [range([0, 0, 1, 1])],
+            [range([0, 2, 3, 3])],
+            [range([2, 5, 5, 7])],
+        ])
+    );
+    assert_eq!(
+        (&document["maxzoom"], &document["parentUrl"]),
+        (&json!(3), &json!("world/"))
+    );
+    assert_eq!(
+        document["bounds"],
+        json!([-180.0, -mercator::LATITUDES, 180.0, mercator::LATITUDES])
     );
 }
 

@@ -32,6 +32,7 @@ pub mod filled;
 pub mod formats;
 pub mod ground;
 pub mod layer_json;
+pub mod mercator;
 pub mod metadata;
 pub mod new_file;
 pub mod outside;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::address::TileAddress;
+use crate::address::{Rectangle, TileAddress};
 use crate::ellipsoid::{self, Geodetic};
 
 /// What is beside the data and in their holes: a function of the place alone, so that all tiles agree.
@@ -45,15 +45,15 @@ impl Outside {
         }
     }
 
-    /// The same at coordinates of 0 … `extent` in a tile.
-    pub(crate) fn height_in(&self, address: TileAddress, place: [u16; 2], extent: u16) -> f64 {
-        let [longitude, latitude] = degrees(address, place, extent);
+    /// The same at coordinates of 0 … `extent` in a tile's rectangle.
+    pub(crate) fn height_in(&self, rectangle: Rectangle, place: [u16; 2], extent: u16) -> f64 {
+        let [longitude, latitude] = degrees(rectangle, place, extent);
         self.height(longitude, latitude)
     }
 
     /// The Earth-centred unit normal there.
-    pub(crate) fn normal(&self, address: TileAddress, place: [u16; 2], extent: u16) -> DVec3 {
-        let [longitude, latitude] = degrees(address, place, extent);
+    pub(crate) fn normal(&self, rectangle: Rectangle, place: [u16; 2], extent: u16) -> DVec3 {
+        let [longitude, latitude] = degrees(rectangle, place, extent);
         let Some(detail) = self.detail() else {
             return ellipsoid::normal(longitude, latitude);
         };
@@ -103,9 +103,8 @@ impl Outside {
     }
 }
 
-fn degrees(address: TileAddress, [u, v]: [u16; 2], extent: u16) -> [f64; 2] {
-    let at = |coordinate: u16| f64::from(coordinate) / f64::from(extent) * address.degrees();
-    [address.west() + at(u), address.south() + at(v)]
+fn degrees(rectangle: Rectangle, place: [u16; 2], extent: u16) -> [f64; 2] {
+    rectangle.place(place.map(|coordinate| f64::from(coordinate) / f64::from(extent)))
 }
 
 impl HeightField {

@@ -11,7 +11,6 @@
 
 mod fill;
 pub mod image;
-pub mod mercator;
 
 use std::io;
 use std::ops::Deref;
@@ -21,6 +20,7 @@ use serde_json::{Value, json};
 use self::image::{Encoding, Format};
 use crate::address::TileAddress;
 use crate::ground::{Ground, Place, answers};
+use crate::mercator;
 use crate::metadata::Metadata;
 use crate::tile_file::SquareTile;
 

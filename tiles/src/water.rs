@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::address::TileAddress;
+use crate::address::Rectangle;
 
 /// Pixels along each side of a tile's mask.
 pub const MASK_SIDE: usize = 256;
@@ -33,9 +33,10 @@ impl Water {
     /// The mask of a tile as quantized-mesh has it: one pixel where all are the same, else [`MASK_SIDE`] rows of as many, the
     /// northernmost first. A pixel is what its middle is.
     #[must_use]
-    pub fn mask(&self, address: TileAddress) -> Vec<u8> {
+    pub fn mask(&self, tile: impl Into<Rectangle>) -> Vec<u8> {
+        let tile = tile.into();
         let mut mask = vec![LAND; MASK_SIDE * MASK_SIDE];
-        let polygons = self.polygons.iter().flat_map(|rings| in_pixels(rings, address));
+        let polygons = self.polygons.iter().flat_map(|rings| in_pixels(rings, tile));
         for rings in polygons {
             let rows = runs(&rings, 0..MASK_SIDE as i64);
             for (row, columns) in mask.chunks_exact_mut(MASK_SIDE).zip(rows) {
@@ -54,9 +55,9 @@ impl Water {
 }
 
 /// A polygon in pixels of a tile, whose middles are at whole numbers; each time that it reaches into the tile on its way around the Earth.
-fn in_pixels(rings: &[Vec<[f64; 2]>], address: TileAddress) -> impl Iterator<Item = Vec<Vec<DVec2>>> {
-    let pixels_in_a_degree = MASK_SIDE as f64 / address.degrees();
-    let north = address.south() + address.degrees();
+fn in_pixels(rings: &[Vec<[f64; 2]>], tile: Rectangle) -> impl Iterator<Item = Vec<Vec<DVec2>>> {
+    let pixels_in_a_degree = MASK_SIDE as f64 / DVec2::new(tile.width, tile.height);
+    let north = tile.south + tile.height;
     let seen_from = move |west: f64| {
         let pixel = move |&[longitude, latitude]: &[f64; 2]| {
             DVec2::new(longitude - west, north - latitude) * pixels_in_a_degree - 0.5
@@ -70,7 +71,7 @@ fn in_pixels(rings: &[Vec<[f64; 2]>], address: TileAddress) -> impl Iterator<Ite
         let (low, high) = points.fold(nowhere, |(low, high), &at| (low.min(at), high.max(at)));
         high.cmpge(DVec2::ZERO).all() && low.cmplt(DVec2::splat(MASK_SIDE as f64)).all()
     };
-    let turns = [-360.0, 0.0, 360.0].map(|turn| seen_from(address.west() + turn));
+    let turns = [-360.0, 0.0, 360.0].map(|turn| seen_from(tile.west + turn));
     turns.into_iter().filter(reaches_in)
 }
 

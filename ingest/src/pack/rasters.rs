@@ -14,8 +14,9 @@ use rayon::prelude::*;
 use serde_json::json;
 use terrain_tiles::address::{TileAddress, is_leaf};
 use terrain_tiles::archive::Reader;
+use terrain_tiles::mercator;
+use terrain_tiles::raster_dem::RasterForm;
 use terrain_tiles::raster_dem::image::Format;
-use terrain_tiles::raster_dem::{RasterForm, mercator};
 use terrain_tiles::tile_file::{Header, Kind, SquareTile, TileFile};
 
 use super::choice::Choice;

@@ -1,15 +1,13 @@
 //! Which raster tile is asked for.
 
+use terrain_tiles::mercator;
 use terrain_tiles::raster_dem::image::{Encoding, Format};
-use terrain_tiles::raster_dem::{RasterForm, SIZES, mercator};
+use terrain_tiles::raster_dem::{RasterForm, SIZES};
 use terrain_tiles::tile_file::SquareTile;
 
 use crate::failure::Failure;
-use crate::form::whole_number;
+use crate::form::{square_tile, whole_number};
 use crate::tileset::Tileset;
-
-/// Columns and rows of finer zooms do not fit their numbers.
-const FINEST: u8 = 26;
 
 /// Which raster, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,23 +24,14 @@ impl RasterRequest {
         encoding: Encoding,
         tileset: &Tileset,
     ) -> Result<Self, Failure> {
-        let (y, ending) = file.split_once('.').unwrap_or((file, ""));
+        let (_, ending) = file.split_once('.').unwrap_or((file, ""));
         let format = format(ending)?;
         let asked = query.split('&').find_map(|part| part.strip_prefix("size="));
         let size = match asked {
             Some(text) => size(whole_number(text).unwrap_or(0))?,
             None => SIZES[0],
         };
-        let tile = match (whole_number(z), whole_number(x), whole_number(y)) {
-            (Some(zoom), Some(x), Some(y)) if zoom <= u32::from(FINEST) && x >> zoom == 0 && y >> zoom == 0 => {
-                SquareTile { zoom: zoom as u8, x, y }
-            }
-            _ => {
-                return Err(Failure::BadRequest(format!(
-                    "{z}/{x}/{file} is no tile of Web Mercator"
-                )));
-            }
-        };
+        let tile = square_tile([z, x, file])?;
         let form = RasterForm { size, encoding, format };
         let metadata = tileset.metadata();
         if tile.zoom > form.finest_zoom(metadata) || !mercator::meets(tile, metadata.bounds) {

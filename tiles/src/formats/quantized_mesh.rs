@@ -13,6 +13,7 @@ pub(super) mod bounds;
 mod decode;
 mod encode;
 mod from_tile;
+mod in_mercator;
 mod normals;
 mod square;
 mod validate;
@@ -21,11 +22,12 @@ use glam::DVec3;
 
 pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
 pub use encode::{Extensions, encode};
+pub use in_mercator::{addresses_for, addresses_under};
 pub use normals::addresses_around;
 pub(super) use normals::shared_normals;
 pub use validate::{Fault, validate};
 
-use crate::address::{Side, TileAddress};
+use crate::address::{Rectangle, Side};
 use crate::ellipsoid::Geodetic;
 
 /// Largest value of a vertex coordinate: the east and the north side, and the largest height.
@@ -73,13 +75,13 @@ pub struct QuantizedMesh {
 }
 
 impl QuantizedMesh {
-    /// Longitude, latitude and height of vertex `index` of this mesh at `address`, as clients work them out.
+    /// Longitude, latitude and height of vertex `index` of this mesh of a tile, as clients work them out.
     ///
     /// # Panics
     /// When there is no such vertex.
     #[must_use]
-    pub fn geodetic(&self, address: TileAddress, index: usize) -> Geodetic {
-        geodetic(address, self.heights, self.vertices[index])
+    pub fn geodetic(&self, tile: impl Into<Rectangle>, index: usize) -> Geodetic {
+        geodetic(tile.into(), self.heights, self.vertices[index])
     }
 }
 
@@ -89,12 +91,13 @@ pub fn oct_decode(bytes: [u8; 2]) -> DVec3 {
     bounds::oct_decode(bytes)
 }
 
-fn geodetic(address: TileAddress, heights: [f32; 2], vertex: Vertex) -> Geodetic {
+fn geodetic(tile: Rectangle, heights: [f32; 2], vertex: Vertex) -> Geodetic {
     let fraction = |coordinate: u16| f64::from(coordinate) / f64::from(EXTENT);
     let [lowest, highest] = heights.map(f64::from);
+    let [longitude, latitude] = tile.place([vertex.u, vertex.v].map(fraction));
     Geodetic {
-        longitude: address.west() + fraction(vertex.u) * address.degrees(),
-        latitude: address.south() + fraction(vertex.v) * address.degrees(),
+        longitude,
+        latitude,
         height: lowest + fraction(vertex.height) * (highest - lowest),
     }
 }

@@ -7,6 +7,7 @@ use glam::DVec2;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 
 use super::*;
+use crate::address::TileAddress;
 use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
 use crate::filled::Filled;
 use crate::outside::{HeightField, Outside};
@@ -16,7 +17,7 @@ use crate::tile::{Lineage, Tile};
 mod ground;
 
 /// A tile with `mesh` as its only level.
-fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
+pub(super) fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
     let bands = vec![Band { end: 0, error: 1.0 }; 4];
     let log = CollapseLog {
         collapses: Vec::new(),
@@ -40,7 +41,12 @@ fn address(zoom: u8, x: u32, y: u32) -> TileAddress {
 }
 
 /// Two triangles for every cell between `columns` and `rows` that `keep` wants, by column and row.
-fn grid(columns: &[f64], rows: &[f64], height: impl Fn(f64, f64) -> f64, keep: impl Fn(usize, usize) -> bool) -> Mesh {
+pub(super) fn grid(
+    columns: &[f64],
+    rows: &[f64],
+    height: impl Fn(f64, f64) -> f64,
+    keep: impl Fn(usize, usize) -> bool,
+) -> Mesh {
     let width = columns.len() as u32;
     let positions = rows
         .iter()
@@ -59,7 +65,7 @@ fn grid(columns: &[f64], rows: &[f64], height: impl Fn(f64, f64) -> f64, keep: i
     })
 }
 
-fn drop_unused(mesh: &Mesh) -> Mesh {
+pub(super) fn drop_unused(mesh: &Mesh) -> Mesh {
     let mut used: Vec<u32> = mesh.triangles.as_flattened().to_vec();
     used.sort_unstable();
     used.dedup();
@@ -70,7 +76,7 @@ fn drop_unused(mesh: &Mesh) -> Mesh {
     }
 }
 
-fn even(cells: u32, extent: f64) -> Vec<f64> {
+pub(super) fn even(cells: u32, extent: f64) -> Vec<f64> {
     (0..=cells)
         .map(|line| (extent * f64::from(line) / f64::from(cells)).round())
         .collect()
@@ -90,10 +96,10 @@ fn through_bytes(tile: &Tile) -> QuantizedMesh {
 }
 
 /// A small generator of random numbers (Numerical Recipes), so that a failure comes again.
-struct Random(u32);
+pub(super) struct Random(pub(super) u32);
 
 impl Random {
-    fn below(&mut self, end: u32) -> u32 {
+    pub(super) fn below(&mut self, end: u32) -> u32 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         ((u64::from(self.0) * u64::from(end)) >> 32) as u32
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::normals::shared_normals;
 use super::square::{self, CompletedSquare, Point};
 use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic};
-use crate::address::{Side, TileAddress};
+use crate::address::{Rectangle, Side, TileAddress};
 use crate::ellipsoid::to_earth_centred;
 use crate::outside::Outside;
 use crate::tile::Tile;
@@ -15,25 +15,28 @@ impl QuantizedMesh {
     /// too: the tiles at [`addresses_around`](super::addresses_around), those that there are.
     #[must_use]
     pub fn from_tile(tile: &Tile, beside: &[Tile], outside: &Outside) -> Self {
-        let mesh = tile.surface(tile.finest());
-        let normals = shared_normals(tile, &mesh, beside);
-        let surface = square::complete(&mesh, &normals, tile.extent_bits, tile.address, outside);
-        Self::from_surface(tile.address, surface, outside)
+        Self::from_surface(tile.address.into(), completed(tile, beside, outside), outside)
     }
 
     /// What is `outside` over the square of `address`, where nothing is measured; along its sides, what the tiles `beside` it have there.
     #[must_use]
     pub fn unmeasured(address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
+        let columns = 2_i64 << address.zoom;
         let shared = beside.iter().flat_map(|tile| {
-            let mesh = tile.surface(tile.finest());
-            let normals = shared_normals(tile, &mesh, beside);
-            let surface = square::complete(&mesh, &normals, tile.extent_bits, tile.address, outside);
-            square::seen_from(address, tile.address, surface.points)
+            let east =
+                (i64::from(tile.address.x) - i64::from(address.x) + columns / 2).rem_euclid(columns) - columns / 2;
+            let north = i64::from(tile.address.y) - i64::from(address.y);
+            square::seen_from([east, north], completed(tile, beside, outside).points)
         });
-        Self::from_surface(address, square::unmeasured(address, shared.collect(), outside), outside)
+        let rectangle = address.into();
+        Self::from_surface(
+            rectangle,
+            square::unmeasured(rectangle, shared.collect(), outside),
+            outside,
+        )
     }
 
-    fn from_surface(address: TileAddress, surface: CompletedSquare, outside: &Outside) -> Self {
+    pub(super) fn from_surface(rectangle: Rectangle, surface: CompletedSquare, outside: &Outside) -> Self {
         let surface = number_by_first_use(surface);
         let scale = HeightScale::over(surface.points.iter().map(|point| point.height));
         let vertices: Vec<Vertex> = surface
@@ -48,13 +51,13 @@ impl QuantizedMesh {
         let heights = scale.ends();
         let positions: Vec<DVec3> = vertices
             .iter()
-            .map(|vertex| to_earth_centred(geodetic(address, heights, *vertex)))
+            .map(|vertex| to_earth_centred(geodetic(rectangle, heights, *vertex)))
             .collect();
         let (sphere_center, sphere_radius) = bounds::sphere(&positions);
         let normal = |point: &Point| {
             point
                 .normal
-                .unwrap_or_else(|| outside.normal(address, [point.u, point.v], EXTENT))
+                .unwrap_or_else(|| outside.normal(rectangle, [point.u, point.v], EXTENT))
         };
         let normals: Vec<DVec3> = surface.points.iter().map(normal).collect();
         Self {
@@ -71,6 +74,12 @@ impl QuantizedMesh {
             measured_triangles: Some(surface.measured),
         }
     }
+}
+
+fn completed(tile: &Tile, beside: &[Tile], outside: &Outside) -> CompletedSquare {
+    let mesh = tile.surface(tile.finest());
+    let normals = shared_normals(tile, &mesh, beside);
+    square::complete(&mesh, &normals, tile.extent_bits, tile.address.into(), outside)
 }
 
 /// Renumbers the vertices in the order in which the triangles use them, which is what high-water-mark coding wants;

@@ -76,7 +76,11 @@ impl<'a> Shaded<'a> {
 
 /// A unit normal, Earth-centred, for each vertex of `mesh`, the finest surface of `tile`; `beside` are the tiles around it, those that
 /// there are.
-pub(in crate::formats) fn shared_normals(tile: &Tile, mesh: &Mesh, beside: &[Tile]) -> Vec<DVec3> {
+pub(in crate::formats) fn shared_normals<'a>(
+    tile: &Tile,
+    mesh: &Mesh,
+    beside: impl IntoIterator<Item = &'a Tile>,
+) -> Vec<DVec3> {
     let own = Shaded::new(tile, mesh);
     let along_sides = side_normals(&own, beside);
     let side_normal = |vertex: usize| along_sides.get(&own.places[vertex]).copied();
@@ -103,10 +107,10 @@ pub(in crate::formats) fn shared_normals(tile: &Tile, mesh: &Mesh, beside: &[Til
 }
 
 /// Unit normals at the places on the sides of a tile.
-fn side_normals(own: &Shaded, beside: &[Tile]) -> HashMap<Place, DVec3> {
+fn side_normals<'a>(own: &Shaded, beside: impl IntoIterator<Item = &'a Tile>) -> HashMap<Place, DVec3> {
     let columns = i128::from(2_u64 << own.address.zoom) << PLACE_BITS;
     let mut tiles: Vec<(TileAddress, HashMap<Place, DVec3>)> = beside
-        .iter()
+        .into_iter()
         .map(|tile| (tile.address, Shaded::new(tile, &tile.surface(tile.finest())).wide()))
         .collect();
     tiles.push((own.address, own.wide()));

@@ -21,7 +21,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use terrain_core::Mesh;
 
 use super::EXTENT;
-use crate::address::TileAddress;
+use crate::address::Rectangle;
 use crate::outside::Outside;
 
 /// Cells along a tile's side in which it is looked up what is outside, at most.
@@ -47,13 +47,13 @@ pub(super) struct CompletedSquare {
     pub(super) measured: u32,
 }
 
-/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, with a normal for each vertex, to the whole square of a tile by what
-/// is `outside`.
+/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, with a normal for each vertex, to the whole `rectangle` of a tile by
+/// what is `outside`.
 pub(super) fn complete(
     mesh: &Mesh,
     normals: &[DVec3],
     extent_bits: u8,
-    address: TileAddress,
+    rectangle: Rectangle,
     outside: &Outside,
 ) -> CompletedSquare {
     let (mut points, triangles) = snap(mesh, normals, extent_bits);
@@ -67,9 +67,9 @@ pub(super) fn complete(
         // Its triangles cover their border's inside once: there is nothing to mend.
         return CompletedSquare::measured(points, triangles);
     }
-    let height = |[u, v]: [u16; 2]| outside.height_in(address, [u, v], EXTENT);
+    let height = |[u, v]: [u16; 2]| outside.height_in(rectangle, [u, v], EXTENT);
     if !whole {
-        let cells = ground_cells(address, outside.detail());
+        let cells = ground_cells(rectangle, outside.detail());
         points.extend(ground_points(&outline, cells).map(|[u, v]| Point {
             u,
             v,
@@ -88,8 +88,8 @@ pub(super) fn complete(
     }
 }
 
-/// The square of `address`, where nothing is measured but points that tiles beside it have on its sides.
-pub(super) fn unmeasured(address: TileAddress, shared: Vec<Point>, outside: &Outside) -> CompletedSquare {
+/// The `rectangle` of a tile, where nothing is measured but points that tiles beside it have on its sides.
+pub(super) fn unmeasured(rectangle: Rectangle, shared: Vec<Point>, outside: &Outside) -> CompletedSquare {
     let sides = [0, EXTENT];
     // A tile beside has all its points of a side here, but one across a corner has the corner alone.
     let has = |is_on: &dyn Fn(&Point) -> bool| shared.iter().any(is_on);
@@ -98,11 +98,11 @@ pub(super) fn unmeasured(address: TileAddress, shared: Vec<Point>, outside: &Out
     let is_shared =
         |[u, v]: [u16; 2]| (0..2).any(|end| u == sides[end] && columns[end] || v == sides[end] && rows[end]);
     let nothing = Outline::of(&[], &[], &[]);
-    let ground = ground_points(&nothing, ground_cells(address, outside.detail())).filter(|&place| !is_shared(place));
+    let ground = ground_points(&nothing, ground_cells(rectangle, outside.detail())).filter(|&place| !is_shared(place));
     let own = ground.map(|[u, v]| Point {
         u,
         v,
-        height: outside.height_in(address, [u, v], EXTENT),
+        height: outside.height_in(rectangle, [u, v], EXTENT),
         normal: None,
     });
     let mut known = HashSet::new();
@@ -115,11 +115,9 @@ pub(super) fn unmeasured(address: TileAddress, shared: Vec<Point>, outside: &Out
     CompletedSquare::beside(points, Vec::new(), triangles)
 }
 
-/// Those of a tile's points that are on the sides of another one beside it, in that one's coordinates.
-pub(super) fn seen_from(from: TileAddress, tile: TileAddress, points: Vec<Point>) -> impl Iterator<Item = Point> {
-    let columns = 2_i64 << from.zoom;
-    let east = (i64::from(tile.x) - i64::from(from.x) + columns / 2).rem_euclid(columns) - columns / 2;
-    let north = i64::from(tile.y) - i64::from(from.y);
+/// Those of a tile's points that are on the sides of another one of its zoom, in that one's coordinates: the tile is so many `east` and
+/// `north` of it.
+pub(super) fn seen_from([east, north]: [i64; 2], points: Vec<Point>) -> impl Iterator<Item = Point> {
     let moved = move |coordinate: u16, squares: i64| {
         u16::try_from(i64::from(coordinate) + squares * i64::from(EXTENT))
             .ok()
@@ -282,9 +280,9 @@ fn ground_points(outline: &Outline, cells: u32) -> impl Iterator<Item = [u16; 2]
 
 /// The same in all tiles of a zoom: cells are 5.6° wide at zoom 0 and shrink to a tile at zoom 10, where they bulge 4 m; or as wide as
 /// what is outside is known in `detail`, in degrees.
-fn ground_cells(address: TileAddress, detail: Option<f64>) -> u32 {
-    let of_globe = (32.0 / (f64::from(address.zoom) / 2.0).exp2()).ceil() as u32;
-    let of_detail = detail.map_or(1, |degrees| (address.degrees() / degrees).clamp(1.0, MOST_CELLS) as u32);
+fn ground_cells(rectangle: Rectangle, detail: Option<f64>) -> u32 {
+    let of_globe = (32.0 * (rectangle.width / 180.0).sqrt()).ceil() as u32;
+    let of_detail = detail.map_or(1, |degrees| (rectangle.width / degrees).clamp(1.0, MOST_CELLS) as u32);
     of_globe.max(of_detail)
 }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use thiserror::Error;
 
 use super::{EXTENT, QuantizedMesh, across_and_along, plan_area};
-use crate::address::{Side, TileAddress};
+use crate::address::{Rectangle, Side};
 use crate::ellipsoid::to_earth_centred;
 
 /// What is wrong with a tile.
@@ -31,7 +31,7 @@ pub enum Fault {
     OutsideSphere(usize),
 }
 
-/// Checks that `mesh` covers the square of `address` exactly once in plan view, without a gap in space, that its edge
+/// Checks that `mesh` covers the rectangle of a tile exactly once in plan view, without a gap in space, that its edge
 /// lists are complete and that its bounding sphere holds every vertex.
 ///
 /// Counter-clockwise triangles whose edges all cancel but for those on the square's sides, and whose areas add up to the
@@ -39,11 +39,11 @@ pub enum Fault {
 ///
 /// # Errors
 /// The first fault.
-pub fn validate(mesh: &QuantizedMesh, address: TileAddress) -> Result<(), Fault> {
+pub fn validate(mesh: &QuantizedMesh, tile: impl Into<Rectangle>) -> Result<(), Fault> {
     check_orientation(mesh)?;
     check_edges(mesh)?;
     check_sides(mesh)?;
-    check_vertices(mesh, address)
+    check_vertices(mesh, tile.into())
 }
 
 fn check_orientation(mesh: &QuantizedMesh) -> Result<(), Fault> {
@@ -115,7 +115,7 @@ fn check_sides(mesh: &QuantizedMesh) -> Result<(), Fault> {
     Ok(())
 }
 
-fn check_vertices(mesh: &QuantizedMesh, address: TileAddress) -> Result<(), Fault> {
+fn check_vertices(mesh: &QuantizedMesh, tile: Rectangle) -> Result<(), Fault> {
     let mut used = vec![false; mesh.vertices.len()];
     mesh.triangles
         .as_flattened()
@@ -125,7 +125,7 @@ fn check_vertices(mesh: &QuantizedMesh, address: TileAddress) -> Result<(), Faul
         return Err(Fault::UnusedVertex(index));
     }
     let outside = |&index: &usize| {
-        let position = to_earth_centred(mesh.geodetic(address, index));
+        let position = to_earth_centred(mesh.geodetic(tile, index));
         position.distance(mesh.sphere_center) > mesh.sphere_radius
     };
     (0..mesh.vertices.len())

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::address::TileAddress;
+use crate::address::{Rectangle, TileAddress};
 use crate::ground::Place;
 use crate::tile_file::SquareTile;
 
@@ -33,6 +33,18 @@ pub fn bounds(tile: SquareTile) -> [f64; 4] {
     ]
 }
 
+impl From<SquareTile> for Rectangle {
+    fn from(tile: SquareTile) -> Self {
+        let [west, south, east, north] = bounds(tile);
+        Self {
+            west,
+            south,
+            width: east - west,
+            height: north - south,
+        }
+    }
+}
+
 /// Whether it has a point with a box in degrees, whose east may exceed 180.
 #[must_use]
 pub fn meets(tile: SquareTile, [west, south, east, north]: [f64; 4]) -> bool {
@@ -59,7 +71,7 @@ pub fn tiles_over(address: TileAddress, zoom: u8) -> impl Iterator<Item = Square
 }
 
 /// Row by row from the north.
-pub(super) fn pixel_centres(tile: SquareTile, size: u32) -> Vec<Place> {
+pub(crate) fn pixel_centres(tile: SquareTile, size: u32) -> Vec<Place> {
     let at = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(size);
     let rows = (0..size).map(|row| latitude(tile, at(row)));
     rows.flat_map(|latitude| {
