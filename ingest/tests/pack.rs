@@ -186,3 +186,57 @@ fn what_cannot_be_packed_is_refused_and_leaves_nothing() {
     assert_eq!(again.status.code(), Some(2));
     assert_eq!(files(home.path()), BTreeSet::from(["sample.pmtiles".to_owned()]));
 }
+
+#[test]
+fn local_ground_is_flat_for_simulators() {
+    const CELL: f64 = 500.0;
+    let [columns, rows] = [61, 41];
+    let height = |column: usize, row: usize| 100.0 + ((column * 7 + row * 3) % 11) as f64 + column as f64;
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = format!("ncols {columns}\nnrows {rows}\nxllcorner 9000\nyllcorner -20000\ncellsize {CELL}\n");
+    for row in 0..rows {
+        let numbers: Vec<String> = (0..columns).map(|column| height(column, row).to_string()).collect();
+        text.push_str(&(numbers.join(" ") + "\n"));
+    }
+    let raster = folder.path().join("moon.asc");
+    std::fs::write(&raster, text).unwrap();
+    let archive = folder.path().join("moon.pmtiles");
+    let [raster, path] = [&raster, &archive].map(|path| path.to_str().unwrap());
+    succeed(&[raster, "--local", "-o", path, "--max-error", "2"]);
+    let out = folder.path().join("sim");
+    pack(&archive, "sim", &out, &[]);
+    let manifest = json(&out.join("manifest.json"));
+    let origin = ["x", "y"].map(|axis| manifest["frame"]["origin"][axis].as_f64().unwrap());
+    assert!(
+        !std::fs::read_to_string(out.join("meshes.sdf"))
+            .unwrap()
+            .contains("spherical")
+    );
+    let error = manifest["meshes"]["error"].as_f64().unwrap();
+    assert!(error < 4.0, "{error}");
+    let mut vertices = 0;
+    for mesh in manifest["meshes"]["tiles"].as_array().unwrap() {
+        let offset: Vec<f64> = serde_json::from_value(mesh["offset"].clone()).unwrap();
+        let object = out.join(format!("{}.obj", mesh["path"].as_str().unwrap()));
+        for line in std::fs::read_to_string(object).unwrap().lines() {
+            let Some(numbers) = line.strip_prefix("v ") else {
+                continue;
+            };
+            let local: Vec<f64> = numbers.split(' ').map(|number| number.parse().unwrap()).collect();
+            let at = [0, 1].map(|axis| local[axis] + offset[axis] + origin[axis]);
+            // The first sample is in the middle of the north-west cell.
+            let column = (at[0] - 9000.0) / CELL - 0.5;
+            let row = rows as f64 - 0.5 - (at[1] + 20_000.0) / CELL;
+            let cell = [column, row].map(|place| place.max(0.0) as usize);
+            let (west, north) = (cell[0].min(columns - 2), cell[1].min(rows - 2));
+            let (across, down) = (column - west as f64, row - north as f64);
+            let along = |row: usize| height(west, row) * (1.0 - across) + height(west + 1, row) * across;
+            let expected = along(north) * (1.0 - down) + along(north + 1) * down;
+            let found = local[2] + offset[2];
+            assert!((found - expected).abs() <= error, "{found} {expected} at {at:?}");
+            vertices += 1;
+        }
+    }
+    // On the Earth the farthest corner would lie 25 m below.
+    assert!(vertices > 500, "{vertices}");
+}

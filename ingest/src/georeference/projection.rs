@@ -19,6 +19,25 @@ pub struct Crs {
     pub definition: String,
 }
 
+/// A plane laid on the Earth: metres east and north of 0° N, 0° E, true there and along the meridian. No other place bends it less.
+const LAID_PLANE: &str =
+    "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +ellps=WGS84 +towgs84=0,0,0 +units=m +no_defs +type=crs";
+
+impl Crs {
+    /// Where ground is laid that is nowhere on the Earth: metres on its plane.
+    pub(crate) fn laid_plane() -> Self {
+        Self {
+            name: "local metres".to_owned(),
+            definition: LAID_PLANE.to_owned(),
+        }
+    }
+
+    /// Whether coordinates are metres of ground that is nowhere on the Earth.
+    pub(crate) fn is_laid_plane(&self) -> bool {
+        self.definition == LAID_PLANE
+    }
+}
+
 /// A transformation from a coordinate reference system to WGS84 longitude and latitude in degrees.
 pub(super) struct Projection {
     proj: Proj,

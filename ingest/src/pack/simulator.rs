@@ -58,7 +58,7 @@ pub(super) fn write(
     let area = choice.bounds(metadata.bounds)?;
     let middle = DVec2::new(area[0].midpoint(area[2]), area[1].midpoint(area[3]));
     let origin = options.origin.map_or(middle, DVec2::from_array);
-    let frame = Frame::new(origin, &tiles, metadata.heights)?;
+    let frame = Frame::new(origin, &tiles, metadata.heights, metadata.asked.reading.local)?;
     let zooms = metadata
         .zooms
         .iter()

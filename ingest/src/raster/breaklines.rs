@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec2;
 
 use super::ReadError;
-use super::layout::{Layout, is_laid_plane};
+use super::layout::Layout;
 use super::vectors::{lines, rings_in};
 use crate::georeference::nearest_turn;
 
@@ -17,7 +17,7 @@ use crate::georeference::nearest_turn;
 /// # Errors
 /// When the file cannot be read, or has no place in the raster's reference system.
 pub(super) fn breaklines(path: &Path, raster: &Layout) -> Result<Vec<Vec<[f64; 2]>>, ReadError> {
-    let laid = is_laid_plane(&raster.crs).then_some(&raster.crs);
+    let laid = raster.crs.is_laid_plane().then_some(&raster.crs);
     let mut found = Vec::new();
     for layer in lines(path, laid)? {
         for of_feature in layer.features {

@@ -9,15 +9,6 @@ use super::vertical::HeightReference;
 use super::{ReadError, crs};
 use crate::georeference::Crs;
 
-/// A plane laid on the Earth: metres east and north of 0° N, 0° E, true there and along the meridian. No other place bends it less.
-const LAID_PLANE: &str =
-    "+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +ellps=WGS84 +towgs84=0,0,0 +units=m +no_defs +type=crs";
-
-/// Whether coordinates are metres of ground that is nowhere on the Earth.
-pub(super) fn is_laid_plane(crs: &Crs) -> bool {
-    crs.definition == LAID_PLANE
-}
-
 /// Size and position of one file's grid.
 pub(super) struct Layout {
     pub(super) path: PathBuf,
@@ -86,10 +77,7 @@ impl Layout {
             columns,
             rows,
             to_crs,
-            crs: Crs {
-                name: "local metres".to_owned(),
-                definition: LAID_PLANE.to_owned(),
-            },
+            crs: Crs::laid_plane(),
             is_in_degrees: false,
             remarks: Vec::new(),
             heights,

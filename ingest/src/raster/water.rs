@@ -12,7 +12,6 @@ use terrain_tiles::water;
 
 use super::ReadError;
 use super::composition::common;
-use super::layout::is_laid_plane;
 use super::vectors::{polygons, rings_in, wgs84};
 use crate::georeference::{Crs, nearest_turn};
 
@@ -42,7 +41,7 @@ pub(super) struct Lake {
 /// # Errors
 /// When the file cannot be read, or has no place on the lattice's plane.
 pub(super) fn lakes(path: &Path, is_water: bool, lattice: &Crs, to_crs: DAffine2) -> Result<Vec<Lake>, ReadError> {
-    let laid = is_laid_plane(lattice).then_some(lattice);
+    let laid = lattice.is_laid_plane().then_some(lattice);
     let position = |source| ReadError::Position(path.to_owned(), source);
     let (to_lattice, wgs84) = (to_crs.inverse(), wgs84());
     let mut found = Vec::new();

@@ -40,7 +40,7 @@ fn tiles_share_outer_posts_and_fill_the_rectangle() {
 fn the_rectangle_is_inside_the_box_at_all_heights() {
     let origin = DVec2::new(7.4, 60.2);
     let tile = TileAddress::new(8, 266, 213).unwrap();
-    let frame = Frame::new(origin, &[tile], [-400.0, 9000.0]).unwrap();
+    let frame = Frame::new(origin, &[tile], [-400.0, 9000.0], false).unwrap();
     let area @ [west, south, east, north] = [7.0, 60.0, 8.0, 60.6];
     let [low, high] = inside(&frame, area, [-400.0, 9000.0], 0.0).unwrap();
     let turn = east_north_up(origin.x, origin.y);

@@ -36,7 +36,8 @@ struct SourceFiles {
 struct FrameInWords {
     kind: &'static str,
     units: &'static str,
-    ellipsoid: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ellipsoid: Option<&'static str>,
     origin: Origin,
     /// What the source calls heights; the frame takes them as above the ellipsoid.
     heights_above: String,
@@ -45,10 +46,12 @@ struct FrameInWords {
 }
 
 #[derive(Serialize)]
-struct Origin {
-    longitude: f64,
-    latitude: f64,
-    height: f64,
+#[serde(untagged)]
+enum Origin {
+    /// Degrees, and metres.
+    OnEarth { longitude: f64, latitude: f64, height: f64 },
+    /// Metres.
+    OnPlane { x: f64, y: f64, height: f64 },
 }
 
 /// Metres, all of them.
@@ -130,6 +133,7 @@ impl Manifest {
         let steepest_between = heightmaps.steepest + heightmaps.scale.quantum / heightmaps.grid.spacing().min_element();
         let all = |along_up: f64| certified + rounding + along_up * frame.leaning(steepest_between);
         let source = &metadata.source;
+        let on_plane = frame.origin_on_plane();
         Self {
             generator: format!("terrain-ingest {}", env!("CARGO_PKG_VERSION")),
             source: SourceFiles {
@@ -138,13 +142,20 @@ impl Manifest {
                 archive: format!("{version:032x}"),
             },
             frame: FrameInWords {
-                kind: "east-north-up, flat in space: z is along the ellipsoid's normal at the origin",
+                kind: if on_plane.is_some() {
+                    "the source's plane: x and y are its coordinates from the origin, z its heights"
+                } else {
+                    "east-north-up, flat in space: z is along the ellipsoid's normal at the origin"
+                },
                 units: "metre",
-                ellipsoid: "WGS 84",
-                origin: Origin {
-                    longitude: frame.origin.x,
-                    latitude: frame.origin.y,
-                    height: 0.0,
+                ellipsoid: on_plane.is_none().then_some("WGS 84"),
+                origin: match on_plane {
+                    Some(DVec2 { x, y }) => Origin::OnPlane { x, y, height: 0.0 },
+                    None => Origin::OnEarth {
+                        longitude: frame.origin.x,
+                        latitude: frame.origin.y,
+                        height: 0.0,
+                    },
                 },
                 heights_above: source.tiles_above().to_owned(),
                 vertical_transformation: source.vertical_transformation(),

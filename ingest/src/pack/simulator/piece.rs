@@ -43,6 +43,15 @@ impl Piece {
         triangle.map(|vertex| self.positions[vertex as usize])
     }
 
+    /// Metres along the longest edge.
+    pub(super) fn longest(&self) -> f64 {
+        let of_triangle = |&triangle: &[u32; 3]| {
+            let [a, b, c] = self.corners(triangle);
+            a.distance(b).max(b.distance(c)).max(c.distance(a))
+        };
+        self.triangles.iter().map(of_triangle).fold(0.0, f64::max)
+    }
+
     /// Metres up for a metre across, at most; infinity where a triangle is upright.
     pub(super) fn steepest(&self, frame: &Frame) -> f64 {
         let slope = |&triangle: &[u32; 3]| {

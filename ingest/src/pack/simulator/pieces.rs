@@ -30,7 +30,7 @@ pub(super) struct Record {
     pub(super) address: TileAddress,
     /// Path of its files, without their extensions.
     pub(super) path: String,
-    /// Certified vertical error, metres.
+    /// Certified vertical error, metres; with what triangles are bent on a plane.
     pub(super) error: f64,
     pub(super) bounds: Bounds,
     /// Where the point is in the frame that coordinates in files are from.
@@ -93,7 +93,7 @@ fn write(archive: &Reader, address: TileAddress, frame: &Frame, folder: &Folder)
     Ok(Record {
         address,
         path,
-        error: tile.error(detail),
+        error: tile.error(detail) + frame.bend(piece.longest()),
         bounds,
         offset,
         vertices: piece.positions.len(),

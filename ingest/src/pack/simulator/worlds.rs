@@ -51,17 +51,12 @@ struct Shape<'a> {
     geometry: String,
 }
 
-fn write_sdf<'a>(out: &mut dyn Write, frame: &Frame, shapes: impl Iterator<Item = Shape<'a>>) -> io::Result<()> {
-    let DVec2 {
-        x: longitude,
-        y: latitude,
-    } = frame.origin;
+/// Where on the Earth the frame's origin is.
+fn write_place(out: &mut dyn Write, origin: DVec2) -> io::Result<()> {
+    let [longitude, latitude] = origin.to_array();
     write!(
         out,
-        r#"<?xml version="1.0"?>
-<sdf version="1.7">
-  <world name="terrain">
-    <spherical_coordinates>
+        r#"    <spherical_coordinates>
       <surface_model>EARTH_WGS84</surface_model>
       <world_frame_orientation>ENU</world_frame_orientation>
       <latitude_deg>{latitude}</latitude_deg>
@@ -69,7 +64,24 @@ fn write_sdf<'a>(out: &mut dyn Write, frame: &Frame, shapes: impl Iterator<Item 
       <elevation>0</elevation>
       <heading_deg>0</heading_deg>
     </spherical_coordinates>
-    <model name="terrain">
+"#
+    )
+}
+
+fn write_sdf<'a>(out: &mut dyn Write, frame: &Frame, shapes: impl Iterator<Item = Shape<'a>>) -> io::Result<()> {
+    write!(
+        out,
+        r#"<?xml version="1.0"?>
+<sdf version="1.7">
+  <world name="terrain">
+"#
+    )?;
+    if frame.origin_on_plane().is_none() {
+        write_place(out, frame.origin)?;
+    }
+    write!(
+        out,
+        r#"    <model name="terrain">
       <static>true</static>
       <link name="ground">
 "#
