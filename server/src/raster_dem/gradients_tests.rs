@@ -81,3 +81,22 @@ fn light_is_that_of_a_plane_across_a_pole_up_to_the_pole() {
         }
     }
 }
+
+/// Where tiles meet the surface is nearer to the source than beside: at 0° and 180° that is so at every zoom.
+#[test]
+fn a_meridian_that_is_lower_is_no_wall_where_cells_are_narrow() {
+    let address = TileAddress { zoom: 3, x: 8, y: 0 };
+    let corners = Corners::new(address);
+    let lower = |place: &Place| Some(if place.longitude == 0.0 { -100.0 } else { 0.0 });
+    let heights: Vec<Option<f64>> = corners.places().iter().map(lower).collect();
+    for (at, [east, north]) in gradients(address, &heights).enumerate() {
+        let row = at as i64 / (CELLS + 1);
+        let rise = 100.0 / corners.cell_metres(row + REACH);
+        let is_beside_the_pole = row > CELLS - 8;
+        assert!(
+            east.abs() < 0.6 * rise || is_beside_the_pole && east.abs() < 2.0 * rise,
+            "row {row}: {east} of {rise}"
+        );
+        assert!(north.abs() < 0.5 * rise, "row {row}: {north} of {rise}");
+    }
+}
