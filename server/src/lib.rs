@@ -18,6 +18,8 @@
 //! | `/{name}/{z}/{x}/{y}.spt` | our own tile, by byte ranges where asked |
 //! | `/curved.html?model={name}` | the viewer of curved models |
 //! | `/{name}/curved.clod` | curved levels of detail |
+//! | `/model.html?model={name}` | the viewer of progressive meshes |
+//! | `/{name}/model.spm` | a mesh with its levels of detail |
 //!
 //! Errors are one sentence of JSON: `{"error": "…"}`; 400 for what no archive could have, 404 for what these do not have.
 
@@ -25,7 +27,6 @@ mod answer;
 mod bodies;
 mod catalogue;
 mod coding;
-mod curved;
 mod documentation;
 mod elevation;
 mod failure;
@@ -35,6 +36,7 @@ mod heights;
 mod listen;
 mod mercator;
 mod metrics;
+mod models;
 mod observe;
 mod page;
 mod raster_dem;
@@ -59,9 +61,9 @@ use tower_http::cors::{AllowOrigin, Any, CorsLayer};
 use tower_http::timeout::{RequestBodyTimeoutLayer, TimeoutLayer};
 
 pub use catalogue::Catalogue;
-pub use curved::CurvedFile;
 pub use listen::serve;
 pub use metrics::Metrics;
+pub use models::ModelFile;
 pub use observe::ACCESS;
 use service::Service;
 pub use service::Shared;
@@ -87,6 +89,7 @@ pub fn router(service: Arc<Shared>, settings: &Settings) -> Result<Router, heade
         .route("/tilesets", get(tiles::list))
         .route("/{name}/layer.json", get(tiles::layer_json))
         .route("/{name}/curved.clod", get(tiles::curved))
+        .route("/{name}/model.spm", get(tiles::progressive))
         .route("/{name}/{z}/{x}/{file}", get(tiles::tile))
         .merge(services)
         .merge(raster_dem::routes())

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use clap::Parser;
-use terrain_server::{ACCESS, AccessLog, Catalogue, CurvedFile, Given, Settings, Shared, router, serve};
+use terrain_server::{ACCESS, AccessLog, Catalogue, Given, ModelFile, Settings, Shared, router, serve};
 use tokio::net::TcpListener;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing_appender::non_blocking::WorkerGuard;
@@ -34,10 +34,10 @@ async fn run(given: &Given) -> anyhow::Result<()> {
         .archives
         .iter()
         .cloned()
-        .partition(|path| CurvedFile::is_one(path));
+        .partition(|path| ModelFile::is_one(path));
     let models = models
         .iter()
-        .map(|path| CurvedFile::open(path))
+        .map(|path| ModelFile::open(path))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let catalogue = tokio::task::spawn_blocking(|| Catalogue::open(archives)).await??;
     if let Some(name) = catalogue.twin() {
@@ -52,8 +52,8 @@ async fn run(given: &Given) -> anyhow::Result<()> {
     for name in service.catalogue.names() {
         println!("{name}: {address}/{name}/layer.json");
     }
-    for CurvedFile { name, .. } in &service.models {
-        println!("{name}: {address}/curved.html?model={name}");
+    for ModelFile { name, kind, .. } in &service.models {
+        println!("{name}: {address}/{}?model={name}", kind.page());
     }
     println!("{address}/");
     let _written_at_the_end = start_logs(settings.access_log);

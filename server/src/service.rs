@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::bodies::Bodies;
 use crate::catalogue::Catalogue;
-use crate::curved::CurvedFile;
 use crate::failure::Failure;
 use crate::heights::Heights;
 use crate::metrics::Metrics;
+use crate::models::ModelFile;
 use crate::remembered::Remembered;
 use crate::settings::{AccessLog, Settings};
 use crate::tileset::Tileset;
@@ -20,8 +20,8 @@ pub(crate) type Service = Arc<Shared>;
 pub struct Shared {
     /// The archives.
     pub catalogue: Arc<Catalogue>,
-    /// Curved models.
-    pub models: Vec<CurvedFile>,
+    /// Models.
+    pub models: Vec<ModelFile>,
     /// The figures.
     pub metrics: Metrics,
     pub(crate) bodies: Bodies,
@@ -35,9 +35,9 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// A server of the archives of `catalogue`, and of curved models.
+    /// A server of the archives of `catalogue`, and of models.
     #[must_use]
-    pub fn new(catalogue: Catalogue, models: Vec<CurvedFile>, settings: &Settings) -> Arc<Self> {
+    pub fn new(catalogue: Catalogue, models: Vec<ModelFile>, settings: &Settings) -> Arc<Self> {
         Arc::new(Self {
             catalogue: Arc::new(catalogue),
             models,

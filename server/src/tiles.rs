@@ -15,6 +15,7 @@ use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::form::{Form, TileRequest, asked_rows};
+use crate::models::ModelKind;
 use crate::service::Service;
 use crate::tileset::{TileError, Tileset};
 
@@ -72,19 +73,31 @@ pub(crate) async fn json_document(service: &Service, body: Bytes, headers: &Head
     Ok(description.respond(headers, body))
 }
 
-/// Request for a model's file.
+/// Request for curved levels of detail.
 pub(crate) async fn curved(
     State(service): State<Service>,
     Path(name): Path<String>,
     headers: HeaderMap,
 ) -> Result<Response, Failure> {
-    let file = service
-        .models
-        .iter()
-        .find(|file| file.name == name)
-        .ok_or_else(|| Failure::NotFound(format!("there is no curved model “{name}”")))?;
+    model(&service, ModelKind::Curved, &name, &headers)
+}
+
+/// Request for a progressive mesh.
+pub(crate) async fn progressive(
+    State(service): State<Service>,
+    Path(name): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, Failure> {
+    model(&service, ModelKind::Progressive, &name, &headers)
+}
+
+fn model(service: &Service, kind: ModelKind, name: &str, headers: &HeaderMap) -> Result<Response, Failure> {
+    let mut files = service.models.iter();
+    let file = files
+        .find(|file| file.kind == kind && file.name == name)
+        .ok_or_else(|| Failure::NotFound(format!("there is no model “{name}” of this kind")))?;
     let description = Description::new("application/octet-stream", &file.tag, Coding::Identity);
-    Ok(description.respond(&headers, file.bytes.clone()))
+    Ok(description.respond(headers, file.bytes.clone()))
 }
 
 pub(crate) async fn tile(

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use axum::http::{StatusCode, header};
 use service::{Service, address, metadata, tile};
-use terrain_server::{CurvedFile, Settings};
+use terrain_server::{ModelFile, Settings};
 use terrain_tiles::archive::Writer;
 use terrain_tiles::formats::quantized_mesh::validate;
 use terrain_tiles::formats::spt;
@@ -579,12 +579,29 @@ async fn answers_are_counted_by_route_and_status() {
 #[tokio::test]
 async fn curved_models_are_served_as_they_are() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("web/test/torus.clod");
-    let file = CurvedFile::open(&path).unwrap();
+    let file = ModelFile::open(&path).unwrap();
     let service = Service::of(vec![file], Settings::default());
     let reply = service.get("/torus/curved.clod").await;
     assert_eq!(reply.status, StatusCode::OK);
     assert_eq!(reply.body, fs::read(&path).unwrap());
     assert_eq!(service.get("/square/curved.clod").await.status, StatusCode::NOT_FOUND);
     assert_eq!(service.get("/square/layer.json").await.status, StatusCode::OK);
-    assert!(CurvedFile::open(&path.with_file_name("page.test.mjs")).is_err());
+    assert!(ModelFile::open(&path.with_file_name("page.test.mjs")).is_err());
+}
+
+#[tokio::test]
+async fn progressive_meshes_are_served_as_they_are() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tiles/golden/open_torus.spm");
+    let file = ModelFile::open(&path).unwrap();
+    let service = Service::of(vec![file], Settings::default());
+    let reply = service.get("/open_torus/model.spm").await;
+    assert_eq!(reply.status, StatusCode::OK);
+    assert_eq!(reply.body, fs::read(&path).unwrap());
+    assert_eq!(
+        service.get("/open_torus/curved.clod").await.status,
+        StatusCode::NOT_FOUND
+    );
+    let damaged = tempfile::Builder::new().suffix(".spm").tempfile().unwrap();
+    fs::write(damaged.path(), &reply.body[..reply.body.len() - 1]).unwrap();
+    assert!(ModelFile::open(damaged.path()).is_err());
 }

@@ -93,7 +93,7 @@ const HOMES: [(&str, &[&str]); 22] = [
             "ingest",
             "server/src/main.rs",
             "server/src/settings.rs",
-            "server/src/curved.rs",
+            "server/src/models.rs",
             "tests",
         ],
     ),

@@ -13,7 +13,7 @@ use glam::DVec3;
 use serde_json::Value;
 use tempfile::TempDir;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
-use terrain_server::{Catalogue, CurvedFile, Settings, Shared, router};
+use terrain_server::{Catalogue, ModelFile, Settings, Shared, router};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
 use terrain_tiles::filled::Filled;
@@ -142,7 +142,7 @@ impl Service {
         Self::of(Vec::new(), settings)
     }
 
-    pub(crate) fn of(models: Vec<CurvedFile>, settings: Settings) -> Self {
+    pub(crate) fn of(models: Vec<ModelFile>, settings: Settings) -> Self {
         let folder = tempfile::tempdir().unwrap();
         write_archive(&folder.path().join("square.pmtiles"));
         let catalogue = Catalogue::open(vec![folder.path().to_owned()]).unwrap();

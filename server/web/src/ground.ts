@@ -27,6 +27,13 @@ export interface DrawnSurface {
   readonly isCandidate?: (triangle: number) => boolean;
 }
 
+const up = new THREE.Vector3();
+
+/** Moves a place so many metres away from the Earth's centre, and gives it back. */
+export function raised(place: THREE.Vector3, earthCentre: THREE.Vector3, metres: number): THREE.Vector3 {
+  return metres === 0 ? place : place.addScaledVector(up.subVectors(place, earthCentre).normalize(), metres);
+}
+
 /** Where a ray first meets the surface, before `farthest`: how far away, and the height there. */
 export function firstHit(
   ray: THREE.Ray,

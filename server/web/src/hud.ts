@@ -4,7 +4,7 @@ import type { Coordinates } from "./coordinates.ts";
 import { element, setText } from "./elements.ts";
 import type { GroundPoint } from "./ground.ts";
 import { templateFault, type Imagery } from "./imagery.ts";
-import { isTyping } from "./keys.ts";
+import { connectDark, connectSwitch, onKey } from "./keys.ts";
 import { showLegend } from "./legend.ts";
 import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
@@ -37,8 +37,7 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
     showFilledLegend();
   });
   connectSwitch("light", "KeyL", (detailedLight) => views.set({ detailedLight }));
-  input("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
-  connectSwitch("dark", "KeyB", (isDark) => (document.documentElement.style.colorScheme = isDark ? "dark" : "light"));
+  connectDark();
   connectStyles(views);
   connectImagery(views);
   connectShare();
@@ -245,24 +244,4 @@ function connectRange(id: string, apply: (value: number) => void, unit: string):
   };
   range.addEventListener("input", update);
   update();
-}
-
-function connectSwitch(id: string, key: string, apply: (on: boolean) => void): void {
-  const box = input(id);
-  const update = () => apply(box.checked);
-  box.addEventListener("input", update);
-  box.addEventListener("change", () => box.blur());
-  onKey(key, () => {
-    if (box.disabled) return;
-    box.checked = !box.checked;
-    update();
-  });
-  update();
-}
-
-function onKey(code: string, act: () => void): void {
-  window.addEventListener("keydown", (event) => {
-    const isOurs = event.code === code && !event.repeat && !event.ctrlKey && !event.metaKey && !event.altKey;
-    if (isOurs && !isTyping(event)) act();
-  });
 }

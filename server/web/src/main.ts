@@ -76,6 +76,7 @@ async function start(): Promise<void> {
     showPlace();
     measuring.groundMayHaveChanged();
     labels.frameWasDrawn();
+    levels.frameWasDrawn();
     clearTimeout(resting);
     resting = setTimeout(keepLink, REST_MILLISECONDS);
   });
@@ -91,7 +92,8 @@ async function start(): Promise<void> {
   const open = (tileset: Tileset) => views.steer().open((shown = tileset));
   const measuring = new Measuring(views.main, canvases[0], coordinates, datum);
   const labels = new ContourLabels(views.main, element("contour-labels", HTMLElement));
-  hud.connect(views, measuring, new TileLevels(views.main));
+  const levels = new TileLevels(views.main, canvases[0]);
+  hud.connect(views, measuring, levels);
   const tilesets = await findTilesets(new URLSearchParams(location.search));
   const link = readLink(location.hash);
   const linked = tilesets.find(({ name }) => name === link?.name);

@@ -2,6 +2,7 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { onClick } from "./canvas.ts";
 import { element, setText } from "./elements.ts";
 import type { GroundPoint } from "./ground.ts";
 import type { Coordinates, Place } from "./coordinates.ts";
@@ -11,8 +12,6 @@ import type { Viewer } from "./viewer.ts";
 
 const PLACES = 240;
 const CHART_HEIGHT = 120;
-/** Pixels that a pointer may move in a click. */
-const CLICK_PIXELS = 4;
 /** How long the view has to rest before heights are taken anew from what is drawn. */
 const REST_MILLISECONDS = 250;
 
@@ -24,7 +23,6 @@ export class Measuring {
   private grounds: (GroundPoint | undefined)[] = [];
   private readonly lines = new PathLines();
   private chart: uPlot | undefined;
-  private pressedAt: readonly [number, number] | undefined;
   private resting: ReturnType<typeof setTimeout> | undefined;
 
   /** `coordinates` tells how places are told now, `heightsAbove` what heights are above, for files. */
@@ -35,8 +33,7 @@ export class Measuring {
     private readonly heightsAbove: () => string,
   ) {
     viewer.add(this.lines.object);
-    canvas.addEventListener("pointerdown", (event) => (this.pressedAt = event.button === 0 ? [event.clientX, event.clientY] : undefined));
-    canvas.addEventListener("pointerup", (event) => this.release(event, canvas));
+    onClick(canvas, (x, y) => this.add(x, y));
     element("path-undo", HTMLElement).addEventListener("click", () => this.change(this.corners.slice(0, -1)));
     element("path-clear", HTMLElement).addEventListener("click", () => this.change([]));
     element("path-csv", HTMLElement).addEventListener("click", () => save("profile.csv", "text/csv", csvOf(this.profile, this.coordinates())));
@@ -61,10 +58,8 @@ export class Measuring {
     this.resting = setTimeout(() => this.isGroundChanged() && this.update(), REST_MILLISECONDS);
   }
 
-  private release({ clientX, clientY, offsetX, offsetY }: PointerEvent, canvas: HTMLCanvasElement): void {
-    const [x, y] = this.pressedAt ?? [Infinity, Infinity];
-    if (!this.isEnabled || Math.hypot(clientX - x, clientY - y) > CLICK_PIXELS) return;
-    const ground = this.viewer.groundAt((2 * offsetX) / canvas.clientWidth - 1, 1 - (2 * offsetY) / canvas.clientHeight);
+  private add(x: number, y: number): void {
+    const ground = this.isEnabled ? this.viewer.groundAt(x, y) : undefined;
     if (ground !== undefined) this.change([...this.corners, ground]);
   }
 

@@ -28,19 +28,29 @@ function isSelected(tile: Pick<Tile, "levels">, detail: Detail, level: number): 
   return side < 0 ? level <= detail.interior : detail.fineSides[side] === true;
 }
 
-/**
- * For each vertex, the index into the tile's positions of the place it is drawn at. A vertex that is not in yet is at
- * its representative's, which may itself have moved: a later vertex of the surface put it back where it had been.
- */
+/** For each vertex, the index into the tile's positions of the place it is drawn at. */
 export function placesOf(tile: Tile, detail: Detail): Uint32Array {
-  const vertexCount = tile.representatives.length;
+  return placesWhere(tile, (level) => isSelected(tile, detail, level));
+}
+
+/** The same for a partition without sides, of its levels up to one. */
+export function placesOfLevel(partition: Pick<Tile, "levels" | "representatives">, last: number): Uint32Array {
+  return placesWhere(partition, (level) => level <= last);
+}
+
+/**
+ * A vertex that is not in yet is at its representative's place, which may itself have moved: a later vertex of the surface put it back
+ * where it had been.
+ */
+function placesWhere({ levels, representatives }: Pick<Tile, "levels" | "representatives">, isIn: (level: number) => boolean): Uint32Array {
+  const vertexCount = representatives.length;
   const roots = Uint32Array.from({ length: vertexCount }, (_, vertex) => vertex);
   const current = Uint32Array.from(roots);
   let vertex = 0;
-  tile.levels.forEach(({ vertexEnd }, level) => {
-    const selected = isSelected(tile, detail, level);
+  levels.forEach(({ vertexEnd }, level) => {
+    const selected = isIn(level);
     for (; vertex < vertexEnd; vertex++) {
-      const representative = tile.representatives[vertex]!;
+      const representative = representatives[vertex]!;
       if (!selected) {
         roots[vertex] = roots[representative]!;
       } else if (representative !== vertex) {

@@ -1,33 +1,21 @@
 // Decoder of the progressive terrain tile; docs/formats/spt.md is the definition.
 
 import { MAX_ZOOM, type Address } from "./address.ts";
-import { LevelError, LevelsDecoder, type Frame, type Levels, type Run } from "./progressive/levels.ts";
-import type { Sampling } from "./progressive/split_decoder.ts";
+import { check } from "./progressive/decode_error.ts";
+import { endsOf, HeaderCut, Numbers, readDirectory, readSampling, type Entry, type Level } from "./progressive/fields.ts";
+import { LevelsDecoder, type Frame, type Levels, type Run } from "./progressive/levels.ts";
 
-/** Bytes of the header before the numbers of any length, and of the samples behind them. */
-const [FIXED_BYTES, SAMPLING_BYTES] = [49, 32];
-const LONGEST_NUMBER = 6;
+/** Bytes of the header before the numbers of any length. */
+const FIXED_BYTES = 49;
 const MAGIC = 0x4c545053; // "SPTL", little-endian
 /** Of a tile in which no split opens a hole, and of one in which some may. */
 const [VERSION, VERSION_WITH_HOLES, VERSION_WITH_BREAKLINES, VERSION_WITH_FILLED] = [3, 4, 5, 6];
 const SIDES = 4;
 const SAMPLED = 1;
 const OPENS_HOLES = 2;
-/** Samples lie at least so far from each other and at most so far from the tile's corner, in lattice units. */
-const [LEAST_STEP, GREATEST_DISTANCE] = [2 ** -16, 2 ** 41];
 
 /** What a tile may ask of the browser; far above any real tile, far below what would hurt. */
 const LIMITS = { extentBits: 40, levels: 256, vertices: 1 << 20, triangles: 1 << 21 };
-
-/** How far the arrays reach for one level, and what its surface is good for. */
-export interface Level {
-  /** Vertices of this level and all before it. */
-  readonly vertexEnd: number;
-  /** Triangles of this level and all before it. */
-  readonly triangleEnd: number;
-  /** Certified vertical error of the surface so far, metres. */
-  readonly error: number;
-}
 
 /** A decoded tile. The last four levels are the sides west, south, east and north. */
 export interface Tile {
@@ -46,20 +34,12 @@ export interface Tile {
   readonly corners: Uint32Array;
 }
 
-/** Bytes that are not a tile of this format. */
-export class TileError extends Error {
-  override readonly name = "TileError";
-}
-
-/** The bytes of a tile end before its levels begin. */
-export class HeaderCut extends TileError {}
-
 /** How many levels come before the sides. */
 export function interiorLevels({ levels }: Pick<Tile, "levels">): number {
   return levels.length - SIDES;
 }
 
-/** Decodes a whole tile; throws a {@link TileError} when a length, count, index or coordinate is out of range. */
+/** Decodes a whole tile; throws a {@link DecodeError} when a length, count, index or coordinate is out of range. */
 export function decodeTile(bytes: Uint8Array): Tile {
   const decoder = new TileDecoder(bytes);
   check(decoder.levelsThere === decoder.ends.length, "the levels are cut off");
@@ -161,11 +141,7 @@ export class TileDecoder {
 
   private decode(bytes: Uint8Array, isCut: boolean): void {
     const run: Run = { ...this.levels[this.whole]!, bytes, isCut };
-    try {
-      this.decoder!.add(run);
-    } catch (error) {
-      throw error instanceof LevelError ? new TileError(error.message, { cause: error }) : error;
-    }
+    this.decoder!.add(run);
   }
 }
 
@@ -178,47 +154,6 @@ interface Header {
   readonly filledBytes: Uint8Array | undefined;
 }
 
-interface Entry extends Level {
-  /** Bytes of its splits. */
-  readonly length: number;
-}
-
-/** Reads one number of any length after the other: seven bits a byte, the lowest first. */
-class Numbers {
-  constructor(
-    private readonly bytes: Uint8Array,
-    public at: number,
-  ) {}
-
-  /** A number below 2^32. */
-  next(): number {
-    const number = this.variable();
-    check(number < 2 ** 32, "a number is out of range");
-    return number;
-  }
-
-  /** A number of either sign: even ones are twice it, odd ones are for those below 0. */
-  signed(): number {
-    const number = this.variable();
-    return number % 2 === 0 ? number / 2 : -(number + 1) / 2;
-  }
-
-  private variable(): number {
-    let number = 0;
-    for (let place = 0; place < LONGEST_NUMBER; place++) {
-      const byte = this.bytes[this.at++];
-      if (byte === undefined) throw new HeaderCut("the header is cut off");
-      number += (byte % 128) * 128 ** place;
-      if (byte < 128) return number;
-    }
-    throw new TileError("a number is out of range");
-  }
-}
-
-function check(condition: boolean, message: string): asserts condition {
-  if (!condition) throw new TileError(message);
-}
-
 function readHead(bytes: Uint8Array): { header: Header; entries: Entry[]; start: number } {
   if (bytes.length < FIXED_BYTES) throw new HeaderCut(`${bytes.length} bytes are too few for a header`);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -227,7 +162,7 @@ function readHead(bytes: Uint8Array): { header: Header; entries: Entry[]; start:
   check(version >= VERSION && version <= VERSION_WITH_FILLED, `version ${version} is not ${VERSION} to ${VERSION_WITH_FILLED}`);
   const numbers = new Numbers(bytes, FIXED_BYTES);
   const header = readHeader(view, numbers);
-  return { header, entries: readDirectory(numbers, header.levelCount), start: numbers.at };
+  return { header, entries: readDirectory(numbers, header.levelCount, LIMITS, true), start: numbers.at };
 }
 
 function readHeader(view: DataView, numbers: Numbers): Header {
@@ -249,6 +184,7 @@ function readHeader(view: DataView, numbers: Numbers): Header {
     baseTriangles: numbers.next(),
     opensHoles: version === VERSION_WITH_HOLES || (version >= VERSION_WITH_BREAKLINES && (flags & OPENS_HOLES) !== 0),
     sampling: (flags & SAMPLED) !== 0 ? readSampling(view, numbers) : undefined,
+    isHeightField: true,
   } as const;
   if (version >= VERSION_WITH_BREAKLINES) skipBreaklines(numbers);
   const filledBytes = version === VERSION_WITH_FILLED ? readFilled(view, numbers) : undefined;
@@ -267,46 +203,6 @@ function readFilled(view: DataView, numbers: Numbers): Uint8Array {
   numbers.at += length;
   if (numbers.at > view.byteLength) throw new HeaderCut("the header is cut off");
   return new Uint8Array(view.buffer, view.byteOffset + from, length).slice();
-}
-
-function readSampling(view: DataView, numbers: Numbers): Sampling {
-  const { at } = numbers;
-  numbers.at += SAMPLING_BYTES;
-  if (numbers.at > view.byteLength) throw new HeaderCut("the header is cut off");
-  const number = (index: number) => view.getFloat64(at + 8 * index, true);
-  const sampling = { origin: [number(0), number(1)], step: [number(2), number(3)] } as const;
-  const isNear = sampling.origin.every((coordinate) => Math.abs(coordinate) <= GREATEST_DISTANCE);
-  const isApart = sampling.step.every((step) => step >= LEAST_STEP && step <= GREATEST_DISTANCE);
-  check(isNear && isApart, "the samples are out of range");
-  return sampling;
-}
-
-/** Each entry tells what is new since the one before; errors by their bits. */
-function readDirectory(numbers: Numbers, levelCount: number): Entry[] {
-  const entries: Entry[] = [];
-  let [vertexEnd, triangleEnd, bits, previous] = [0, 0, 0, Infinity];
-  for (let index = 0; index < levelCount; index++) {
-    const name = `level ${index}`;
-    const length = numbers.next();
-    const vertices = numbers.next();
-    vertexEnd += vertices;
-    const triangles = 2 * vertices - numbers.signed();
-    triangleEnd += triangles;
-    bits += numbers.signed();
-    numbers.signed();
-    const error = new Float32Array(Uint32Array.of(bits).buffer)[0]!;
-    check(vertexEnd <= LIMITS.vertices, `${name}: bad vertex count`);
-    check(triangles >= 0 && triangleEnd <= LIMITS.triangles, `${name}: bad triangle count`);
-    check(bits >= 0 && bits < 2 ** 31 && error <= previous, `${name}: bad error ${error}`);
-    entries.push({ length, vertexEnd, triangleEnd, error });
-    previous = error;
-  }
-  return entries;
-}
-
-function endsOf(entries: readonly Entry[], start: number): number[] {
-  let end = start;
-  return entries.map(({ length }) => (end += length));
 }
 
 /** Levels as far as they were decoded: one that is cut has the error of the one before, those missing the same. */

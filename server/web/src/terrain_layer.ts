@@ -7,15 +7,14 @@ import { Frame, tileBounds } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice, type Selection } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
-import { geographic, type GroundPoint } from "./ground.ts";
+import { geographic, raised, type GroundPoint } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
 import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
 import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
 import { distanceTo, solidAngle } from "./oriented_box.ts";
-import type { Spot } from "./spots.ts";
-import { interiorLevels } from "./spt.ts";
+import { interiorLevels, type Tile } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
 import { isGlobe, type Tileset } from "./tileset.ts";
@@ -44,11 +43,10 @@ export interface TileLevelView {
   readonly triangles: number;
 }
 
-/** A vertex and its representative. */
-export interface ForestEdge {
-  /** With which the vertex comes in. */
-  readonly level: number;
-  readonly ends: readonly [THREE.Vector3, THREE.Vector3];
+/** A tile and where each of its vertices is drawn when it comes in. */
+export interface DrawnTile {
+  readonly tile: Tile;
+  readonly places: readonly THREE.Vector3[];
 }
 
 /** How terrain is drawn. */
@@ -223,19 +221,13 @@ export class TerrainLayer {
     });
   }
 
-  /** Of a tile's vertices that come in after its coarsest level: each one's place, its representative's, and which level it comes in with. */
-  forestOf(address: Address): ForestEdge[] {
+  /** As much of a tile as is loaded. */
+  drawnTile(address: Address): DrawnTile | undefined {
     const found = this.store.get(address);
-    if (found === undefined) return [];
+    if (found === undefined) return undefined;
     const { tile, spots } = found;
-    const first = tile.levels[0]!.vertexEnd;
-    const raised = ({ position, height }: Spot) => this.raised(position.clone(), height);
-    let level = 1;
-    return Array.from(tile.representatives.subarray(first), (representative, at) => {
-      const vertex = first + at;
-      while (vertex >= tile.levels[level]!.vertexEnd) level++;
-      return { level, ends: [raised(spots[vertex]!), raised(spots[representative]!)] };
-    });
+    const vertices = spots.slice(0, tile.representatives.length);
+    return { tile, places: vertices.map(({ position, height }) => this.raised(position.clone(), height)) };
   }
 
   /** Draws one tile that is drawn now, alone, at one of its levels; again all that the view needs without one. */
@@ -244,20 +236,15 @@ export class TerrainLayer {
     this.invalidate();
   }
 
-  /** Moves a place of a height to where the exaggeration draws it. */
-  private raised(place: THREE.Vector3, height: number): THREE.Vector3 {
+  /** Moves a place of a height to where the exaggeration draws it, or back. */
+  private raised(place: THREE.Vector3, height: number, direction: 1 | -1 = 1): THREE.Vector3 {
     const { exaggeration, baseHeight } = this.uniforms;
-    const up = place.clone().sub(this.frame.earthCentre).normalize();
-    return place.addScaledVector(up, (exaggeration.value - 1) * (height - baseHeight.value));
+    return raised(place, this.frame.earthCentre, direction * (exaggeration.value - 1) * (height - baseHeight.value));
   }
 
   private groundPoint(ray: THREE.Ray, { distance, height, address, error }: Met): GroundPoint {
-    const { exaggeration, baseHeight } = this.uniforms;
     const position = ray.at(distance, new THREE.Vector3());
-    const up = position.clone().sub(this.frame.earthCentre).normalize();
-    const raised = (exaggeration.value - 1) * (height - baseHeight.value);
-    const level = position.clone().addScaledVector(up, -raised);
-    const place = geographic(this.frame, level);
+    const place = geographic(this.frame, this.raised(position.clone(), height, -1));
     return { distance, height, position, ...place, error: this.isFilledAt(address, place) ? undefined : error };
   }
 

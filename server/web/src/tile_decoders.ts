@@ -1,6 +1,7 @@
 // Tiles are decoded in workers, beside what draws. Where there are none (outside browsers, or for a page of another site), here.
 
-import { HeaderCut, TileError } from "./spt.ts";
+import { DecodeError } from "./progressive/decode_error.ts";
+import { HeaderCut } from "./progressive/fields.ts";
 import { TileDesk, type Decoded, type Job, type Outcome } from "./tile_desk.ts";
 
 /** More would only take memory: tiles come one after the other over one line. */
@@ -50,7 +51,7 @@ class WorkerDesk implements Desk {
     });
     worker.addEventListener("error", () => {
       this.isBroken = true;
-      for (const { reject } of this.answers.values()) reject(new TileError(BROKEN));
+      for (const { reject } of this.answers.values()) reject(new DecodeError(BROKEN));
       this.answers.clear();
     });
   }
@@ -60,7 +61,7 @@ class WorkerDesk implements Desk {
   }
 
   do({ number, bytes }: Job): Promise<Outcome> {
-    if (this.isBroken) return Promise.reject(new TileError(BROKEN));
+    if (this.isBroken) return Promise.reject(new DecodeError(BROKEN));
     // Whoever got the bytes may keep them.
     const own = bytes!.slice();
     this.worker.postMessage({ number, bytes: own } satisfies Job, [own.buffer]);
@@ -116,7 +117,7 @@ export class TileDecoders {
 async function decodingOf(desk: Desk, job: Job): Promise<Decoding> {
   const outcome = await desk.do(job);
   if ("decoded" in outcome) return { ...outcome.decoded, number: job.number, desk };
-  throw outcome.isHeaderCut ? new HeaderCut(outcome.fault) : new TileError(outcome.fault);
+  throw outcome.isHeaderCut ? new HeaderCut(outcome.fault) : new DecodeError(outcome.fault);
 }
 
 /** Those of all that is drawn. */

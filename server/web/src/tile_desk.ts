@@ -1,7 +1,9 @@
 // Decoders of tiles that begin with the first bytes of each and go on with the next ones: the work of a worker.
 
 import { filledCells } from "./filled.ts";
-import { HeaderCut, TileDecoder, TileError, type Tile } from "./spt.ts";
+import { DecodeError } from "./progressive/decode_error.ts";
+import { HeaderCut } from "./progressive/fields.ts";
+import { TileDecoder, type Tile } from "./spt.ts";
 
 /** Bytes of a tile: its first ones where its number is new, else those that come next. Without bytes, the tile is forgotten. */
 export interface Job {
@@ -36,7 +38,7 @@ export class TileDesk {
       return { number, decoded: await this.decode(number, bytes) };
     } catch (error) {
       this.decoders.delete(number);
-      if (!(error instanceof TileError)) throw error;
+      if (!(error instanceof DecodeError)) throw error;
       return { number, fault: error.message, isHeaderCut: error instanceof HeaderCut };
     }
   }
@@ -50,7 +52,7 @@ export class TileDesk {
     else this.decoders.delete(number);
     const tile = levelsThere > 0 ? decoder.tile() : undefined;
     const filled = filledBytes && (await filledCells(filledBytes));
-    if (filledBytes !== undefined && filled === undefined) throw new TileError("the filled ground is broken");
+    if (filledBytes !== undefined && filled === undefined) throw new DecodeError("the filled ground is broken");
     return { address, ends, levels, levelsThere, bytesThere, tile, filled };
   }
 }

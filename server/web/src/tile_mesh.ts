@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { degreesOf, type Address } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
-import { firstHit } from "./ground.ts";
+import { firstHit, raised } from "./ground.ts";
 import { FILLED_CELLS, filledTexels } from "./filled.ts";
 import { drawnPrefix, isSameDetail, placesOf, type Detail } from "./partition.ts";
 import { movingPrefix, type Moving, type ShownTile } from "./morph.ts";
@@ -173,10 +173,8 @@ export class TileMesh {
   ): { distance: number; height: number } | undefined {
     const centre = this.object.position;
     const own = new THREE.Ray(ray.origin.clone().sub(centre), ray.direction);
-    const up = new THREE.Vector3();
     const earthCentre = this.uniforms["earthCentre"]!.value as THREE.Vector3;
-    const raise = (place: THREE.Vector3, height: number) =>
-      exaggeration === 1 ? place : place.addScaledVector(up.copy(place).sub(earthCentre).normalize(), (exaggeration - 1) * (height - baseHeight));
+    const raise = (place: THREE.Vector3, height: number) => raised(place, earthCentre, (exaggeration - 1) * (height - baseHeight));
     const places = this.places.image.data as Uint32Array;
     const surface = { corners: this.tile.corners, texels: this.spots.texels, places, triangleCount: this.drawn };
     const near = through && { isCandidate: (triangle: number) => this.isAround(triangle, through) };

@@ -6,7 +6,9 @@ import { grown, type OrientedBox } from "./oriented_box.ts";
 import { triangleCount } from "./partition.ts";
 import type { Hierarchy, Level, TileRequest } from "./select.ts";
 import { placed, type PlacedTile } from "./spots.ts";
-import { HeaderCut, interiorLevels, TileError, type Level as TileLevel, type Tile } from "./spt.ts";
+import { DecodeError } from "./progressive/decode_error.ts";
+import { HeaderCut, type Level as TileLevel } from "./progressive/fields.ts";
+import { interiorLevels, type Tile } from "./spt.ts";
 import { tileDecoders, type Decoding } from "./tile_decoders.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
 import type { Tileset } from "./tileset.ts";
@@ -165,7 +167,7 @@ export class TileStore implements Hierarchy {
       if (decoding.levelsThere < Math.min(levels, decoding.ends.length)) throw new Error("the levels are cut off");
       this.failure = undefined;
     } catch (error) {
-      if (error instanceof TileError) this.broken.add(key);
+      if (error instanceof DecodeError) this.broken.add(key);
       if (!controller.signal.aborted) this.fail(key, error);
     }
     if (decoding !== undefined) this.accept(key, decoding);

@@ -8,7 +8,7 @@ import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
 import type { ContourPiece } from "./tile_mesh.ts";
-import { DEFAULT_SETTINGS, TerrainLayer, type ForestEdge, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
+import { DEFAULT_SETTINGS, TerrainLayer, type DrawnTile, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
 import { isGlobe, type Tileset } from "./tileset.ts";
 
 const FIELD_OF_VIEW_DEGREES = 45;
@@ -140,9 +140,9 @@ export class Viewer {
     return address && { address, levels: this.layer!.levelsOf(address) };
   }
 
-  /** The forest of representatives of a tile. */
-  forestOf(address: Address): readonly ForestEdge[] {
-    return this.layer?.forestOf(address) ?? [];
+  /** As much of a tile as is loaded. */
+  drawnTile(address: Address): DrawnTile | undefined {
+    return this.layer?.drawnTile(address);
   }
 
   /** Draws a tile alone, at one of its levels; all again without one. */

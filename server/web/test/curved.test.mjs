@@ -3,12 +3,8 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { chromium } from "playwright-core";
+import { launch, pixelsOf, quietPage } from "./browser.mjs";
 
-const ARGUMENTS = [
-  ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-  ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"],
-].flat();
 /** Of the picture: right of the panel, above the help. */
 const CLIP = { x: 240, y: 0, width: 400, height: 430 };
 
@@ -18,10 +14,8 @@ const complaints = [];
 before(async () => {
   const url = process.env.TERRAIN_URL;
   assert.ok(url, "set TERRAIN_URL to the address of a running terrain-server that has torus.clod");
-  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ARGUMENTS });
-  page = await browser.newPage({ viewport: { width: 640, height: 480 } });
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(error.message));
+  browser = await launch();
+  page = await quietPage(browser, complaints);
   await page.goto(new URL("curved.html?model=torus", url).href);
   await page.waitForFunction(() => window.curved?.drawn() !== undefined, undefined, { timeout: 20_000 });
 });
@@ -36,21 +30,14 @@ async function drawn() {
 /** Shares of the picture: of the colour of the background, and of dark lines. */
 async function shares() {
   await drawn();
-  const png = (await page.screenshot({ clip: CLIP })).toString("base64");
-  return page.evaluate(async (base64) => {
-    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
-    const image = await createImageBitmap(new Blob([bytes]));
-    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data } = context.getImageData(0, 0, image.width, image.height);
-    const [background, counts] = [data.subarray(0, 3), { background: 0, lines: 0 }];
-    for (let at = 0; at < data.length; at += 4) {
-      const isNear = (colour) => [0, 1, 2].every((channel) => Math.abs(data[at + channel] - colour[channel]) < 12);
-      if (isNear(background)) counts.background++;
-      if (isNear([20, 36, 61])) counts.lines++;
-    }
-    return { background: (4 * counts.background) / data.length, lines: (4 * counts.lines) / data.length };
-  }, png);
+  const data = await pixelsOf(page, CLIP);
+  const [background, counts] = [data.subarray(0, 3), { background: 0, lines: 0 }];
+  for (let at = 0; at < data.length; at += 4) {
+    const isNear = (colour) => [0, 1, 2].every((channel) => Math.abs(data[at + channel] - colour[channel]) < 12);
+    if (isNear(background)) counts.background++;
+    if (isNear([20, 36, 61])) counts.lines++;
+  }
+  return { background: (4 * counts.background) / data.length, lines: (4 * counts.lines) / data.length };
 }
 
 test("the coarsest level is drawn, and the slider draws the finest", async () => {

@@ -246,6 +246,10 @@ test("nothing covers anything else, on a phone or a larger page, with all that t
     for (const share of [0.55, 0.7]) await shown.mouse.click(viewport.width * share, 0.45 * viewport.height);
     await shown.waitForSelector("#profile canvas");
     assert.deepEqual(await overlaps(shown), [], `${viewport.width}, with a profile`);
+    for (const id of ["measuring", "tile-levels"]) await shown.evaluate((id) => document.getElementById(id).click(), id);
+    await shown.check("#collapses");
+    await shown.waitForSelector("#collapse-graph circle");
+    assert.deepEqual(await overlaps(shown), [], `${viewport.width}, with a graph of collapses`);
     await shown.close();
   }
 });
@@ -299,12 +303,46 @@ test("the tile in the middle is shown alone, finer from level to level", async (
   const withForest = await pixels();
   await page.uncheck("#forest");
   await settledStats();
-  assert.ok(changedShare(withForest, await pixels()) > 0.02, "the forest of representatives is drawn");
+  const without = await pixels();
+  assert.ok(changedShare(withForest, without) > 0.02, "the forest of representatives is drawn");
+  await page.check("#collapses");
+  await page.waitForSelector("#collapse-graph circle.chosen");
+  const [, collapses, dependencies, depth, part, chosen] = (await page.textContent("#collapse-text"))
+    .replaceAll(",", "")
+    .match(/^(\d+) collapses (\d+) dependencies (\d+) deep; (\d+) of them around vertex (\d+)$/)
+    .map(Number);
+  assert.equal(await page.locator("#collapse-graph circle").count(), part);
+  assert.ok(collapses > part && dependencies > collapses && depth > 3, `${collapses} collapses, ${dependencies} dependencies, ${depth} deep`);
+  const other = await page.getAttribute("#collapse-graph circle:not(.chosen)", "data-vertex");
+  await page.click(`#collapse-graph circle[data-vertex="${other}"]`);
+  assert.ok((await page.textContent("#collapse-text")).endsWith(`around vertex ${other}`) && Number(other) !== chosen);
+  assert.equal(await page.getAttribute("#collapse-graph circle.chosen", "class"), "in chosen");
+  await page.fill("#level", "0");
+  await page.waitForSelector("#collapse-graph circle.out.chosen");
+  await page.uncheck("#collapses");
   assert.ok(count > 2 && seen.every((now, at) => at === 0 || (now.triangles > seen[at - 1].triangles && now.error <= seen[at - 1].error)), JSON.stringify(seen));
   await page.uncheck("#tile-levels");
   // What was finer may stay so: not all is as it was, to the triangle.
   const again = await settledStats();
   assert.ok(again.tiles > 1 && Math.abs(again.triangles / all.triangles - 1) < 0.3, `${all.triangles} → ${again.triangles}`);
+});
+
+test("levels of a tile wait for one that is there, and say so", async () => {
+  const waiting = await browser.newPage();
+  let answer;
+  const isAllowed = new Promise((resolve) => (answer = resolve));
+  await waiting.route("**/tilesets", async (route) => {
+    await isAllowed;
+    await route.continue();
+  });
+  await waiting.goto(process.env.TERRAIN_URL);
+  await waiting.evaluate(() => document.getElementById("tile-levels").click());
+  assert.match(await waiting.textContent("#level-text"), /^Nothing is there yet/);
+  assert.ok((await waiting.isDisabled("#level")) && (await waiting.isDisabled("#collapses")));
+  answer();
+  await waiting.waitForFunction(() => document.getElementById("level-text").textContent.startsWith("Tile "));
+  assert.ok(await waiting.isEnabled("#level"));
+  await waiting.close();
 });
 
 test("what was drawn stays while the server is away, and goes on when it is back", async () => {

@@ -1,7 +1,9 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { decodeTile, decodeTilePrefix, HeaderCut, TileDecoder, TileError } from "../src/spt.ts";
+import { DecodeError } from "../src/progressive/decode_error.ts";
+import { HeaderCut } from "../src/progressive/fields.ts";
+import { decodeTile, decodeTilePrefix, TileDecoder } from "../src/spt.ts";
 
 // Written by the encoder in Rust; what its own decoder makes of the larger one stands beside it.
 const GOLDEN = "../../tiles/golden/";
@@ -36,7 +38,7 @@ test("edges along breaklines are passed over", () => {
   bytes[4] = 5;
   assert.deepEqual(decodeTile(bytes), decodeTile(SMALL));
   bytes[52] = 200;
-  assert.throws(() => decodeTile(bytes), TileError);
+  assert.throws(() => decodeTile(bytes), DecodeError);
 });
 
 test("filled ground is passed over, and a header that ends in it is cut", () => {
@@ -79,12 +81,12 @@ test("a header that is cut is told from one that is wrong", () => {
   for (const length of [0, 48, 60]) assert.throws(() => new TileDecoder(SMALL.subarray(0, length)), HeaderCut, `${length} bytes`);
   const wrong = Uint8Array.from(SMALL);
   wrong[0] = 0;
-  assert.throws(() => new TileDecoder(wrong), (error: Error) => error instanceof TileError && !(error instanceof HeaderCut));
+  assert.throws(() => new TileDecoder(wrong), (error: Error) => error instanceof DecodeError && !(error instanceof HeaderCut));
 });
 
 test("a tile cut off anywhere is refused", () => {
   for (let length = 0; length < SMALL.length; length++) {
-    assert.throws(() => decodeTile(SMALL.subarray(0, length)), TileError, `${length} bytes`);
+    assert.throws(() => decodeTile(SMALL.subarray(0, length)), DecodeError, `${length} bytes`);
   }
 });
 
@@ -97,7 +99,7 @@ test("bytes changed at random never give anything but a tile or a clear error", 
     try {
       decodeTile(bytes);
     } catch (error) {
-      assert.ok(error instanceof TileError, String(error));
+      assert.ok(error instanceof DecodeError, String(error));
       refused++;
     }
   }
@@ -121,6 +123,6 @@ test("what contradicts the header or the directory is refused by name", () => {
   for (const [at, value, message] of cases) {
     const bytes = Uint8Array.from(SMALL);
     bytes[at] = value;
-    assert.throws(() => decodeTile(bytes), (error: Error) => error instanceof TileError && message.test(error.message), `byte ${at}`);
+    assert.throws(() => decodeTile(bytes), (error: Error) => error instanceof DecodeError && message.test(error.message), `byte ${at}`);
   }
 });

@@ -1,7 +1,9 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { decodeTile, HeaderCut, TileError } from "../src/spt.ts";
+import { DecodeError } from "../src/progressive/decode_error.ts";
+import { HeaderCut } from "../src/progressive/fields.ts";
+import { decodeTile } from "../src/spt.ts";
 import { TileDecoders } from "../src/tile_decoders.ts";
 
 const TILE = readFileSync("../../tiles/golden/jacksboro_v3.spt");
@@ -31,8 +33,8 @@ test("a tile that was forgotten, or is broken, has to begin anew", async () => {
   const decoders = new TileDecoders();
   const begun = await decoders.begin(TILE.subarray(0, 500));
   decoders.forget(begun);
-  await assert.rejects(decoders.goOn(begun, TILE.subarray(500)), TileError);
+  await assert.rejects(decoders.goOn(begun, TILE.subarray(500)), DecodeError);
   const again = await decoders.begin(TILE.subarray(0, 500));
   const broken = Uint8Array.from(TILE.subarray(500), (byte) => byte ^ 0x55);
-  await assert.rejects(decoders.goOn(again, broken), TileError);
+  await assert.rejects(decoders.goOn(again, broken), DecodeError);
 });

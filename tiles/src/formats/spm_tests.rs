@@ -177,3 +177,22 @@ fn a_lattice_that_is_none_is_refused() {
     };
     assert_eq!(encode(&flat), Err(ProgressiveMeshError::Lattice));
 }
+
+#[test]
+fn a_model_in_space_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
+    let golden = |name: &str| std::fs::read(format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let mesh = decode(&golden("open_torus.spm"), &LevelLimits::default())
+        .unwrap()
+        .in_units();
+    let positions = mesh.positions.iter().chain(&mesh.blue_positions);
+    let coordinates = positions.flat_map(|position| position.to_array());
+    let mut bytes: Vec<u8> = coordinates.flat_map(f64::to_le_bytes).collect();
+    let ends = mesh
+        .levels
+        .iter()
+        .flat_map(|level| [level.vertex_end, level.triangle_end]);
+    let indices = mesh.representatives.iter().copied();
+    let all = indices.chain(mesh.triangles.as_flattened().iter().copied()).chain(ends);
+    bytes.extend(all.flat_map(u32::to_le_bytes));
+    assert!(bytes == golden("open_torus.arrays"));
+}

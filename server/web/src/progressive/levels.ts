@@ -1,6 +1,7 @@
-// The levels of a tile out of their bytes: a base mesh, then vertex splits; docs/formats/spm.md is the definition.
+// The levels of a tile or a model out of their bytes: a base mesh, then vertex splits; docs/formats/spm.md is the definition.
 
 import { grown } from "./arrays.ts";
+import { check, DecodeError } from "./decode_error.ts";
 import { NumberModel } from "./number_model.ts";
 import { probabilities, RangeDecoder } from "./range_decoder.ts";
 import { SplitDecoder, type Sampling } from "./split_decoder.ts";
@@ -28,6 +29,8 @@ export interface Frame {
   readonly baseTriangles: number;
   /** Whether any split may open a hole. */
   readonly opensHoles: boolean;
+  /** Whether the third coordinate is a height over the others. */
+  readonly isHeightField: boolean;
 }
 
 /** One level: its bytes as far as they are there, and how many vertices and triangles there are by its end. */
@@ -47,11 +50,6 @@ export interface Levels {
   readonly restored: Float64Array;
   readonly representatives: Uint32Array;
   readonly corners: Uint32Array;
-}
-
-/** Bytes that make no surface. */
-export class LevelError extends Error {
-  override readonly name = "LevelError";
 }
 
 /** Decodes one level after the other. */
@@ -74,13 +72,9 @@ export class LevelsDecoder {
 
   /** What has been decoded so far. It changes with the next level. */
   levels(): Levels {
-    if (this.reader === undefined) throw new LevelError("no level");
+    if (this.reader === undefined) throw new DecodeError("no level");
     return this.reader.levels();
   }
-}
-
-function check(condition: boolean, message: string): asserts condition {
-  if (!condition) throw new LevelError(message);
 }
 
 function isInside({ low, high }: Frame, point: Point): boolean {
@@ -136,7 +130,7 @@ class LevelReader {
     this.restored = surface.positions.slice();
     this.representatives = Uint32Array.from({ length: this.capacity }, (_, vertex) => vertex);
     this.isQueued = new Uint8Array(this.capacity);
-    this.splits = new SplitDecoder(frame.sampling, surface, frame.opensHoles);
+    this.splits = new SplitDecoder(frame, surface);
   }
 
   levels(): Levels {
@@ -183,7 +177,7 @@ class LevelReader {
     this.splits.read(decoder, vertex, ring, stage === Stage.Base);
     const { split } = this.splits;
     if (decoder.isExhausted) return false;
-    check(isInside(this.frame, split.blue) && isInside(this.frame, split.red), "a vertex is outside the tile");
+    check(isInside(this.frame, split.blue) && isInside(this.frame, split.red), "a vertex is outside the bounds");
     check(surface.split(vertex, ring, split, split.blue), "a star cannot be cut so");
     setPoint(surface.positions, vertex, split.red);
     this.representatives[blue] = stage === Stage.Base ? blue : vertex;

@@ -41,8 +41,27 @@ const HALVES_ARE_LOST = 1.5 * 2 ** 52;
 
 const nearest = (number: number): number => number + HALVES_ARE_LOST - HALVES_ARE_LOST;
 
-/** Reads the splits of height fields, one after the other. */
+/** What is known of all splits. */
+export interface SplitFrame {
+  readonly sampling: Sampling | undefined;
+  readonly opensHoles: boolean;
+  readonly isHeightField: boolean;
+}
+
+/** Axes in the order in which a split is told: two across the surface, then its height. */
+type Axes = readonly [number, number, number];
+const PLAN: Axes = [0, 1, 2];
+/** By the axis of the height: seen from its upper end, and from its lower one. */
+const TURNED: readonly (readonly [Axes, Axes])[] = [0, 1, 2].map((height) => {
+  const [first, second] = [(height + 1) % 3, (height + 2) % 3];
+  return [[first, second, height], [second, first, height]];
+});
+
+/** Reads splits, one after the other. */
 export class SplitDecoder {
+  private readonly sampling: Sampling | undefined;
+  private readonly opensHoles: boolean;
+  private readonly isHeightField: boolean;
   /** What was read last. */
   readonly split = new Split();
   private readonly sides = probabilities(4);
@@ -67,10 +86,10 @@ export class SplitDecoder {
   private sign = NO_SIGN;
 
   constructor(
-    private readonly sampling: Sampling | undefined,
+    { sampling, opensHoles, isHeightField }: SplitFrame,
     private readonly surface: Surface,
-    private readonly opensHoles: boolean,
   ) {
+    [this.sampling, this.opensHoles, this.isHeightField] = [sampling, opensHoles, isHeightField];
     this.roughness = new Float64Array(surface.vertexCount);
     this.firstFits = Uint8Array.from({ length: surface.vertexCount }, (_, vertex) => this.fit(0, surface.positions[3 * vertex]!));
   }
@@ -87,6 +106,11 @@ export class SplitDecoder {
     const made = this.surface.vertexCount;
     for (let axis = 0; axis < 3; axis++) centre[axis] = this.surface.positions[3 * vertex + axis]!;
     this.measureSpokes(ring);
+    const axes = this.isHeightField ? PLAN : this.axesOf(ring);
+    if (axes !== PLAN) {
+      reorder(centre, 0, axes);
+      for (let place = 0; place < ring.vertexCount; place++) reorder(this.spokes, 3 * place, axes);
+    }
     const side = ring.isClosed ? this.readHole(decoder, isStill) : (decoder.symbol(this.sides, 0, 4) as Side);
     this.split.side = side;
     this.readPlan(decoder, vertex, ring.vertexCount);
@@ -102,6 +126,22 @@ export class SplitDecoder {
     if (!isStill) this.readRed(decoder, roughness * RED_SHARE + Math.abs(difference) * RED_SHARE, difference);
     if (red[0] !== centre[0]) this.firstFits[vertex] = this.fit(0, red[0]!);
     this.readCuts(decoder, ring);
+    if (axes !== PLAN) for (const point of [blue, red]) restore(point, axes);
+  }
+
+  /** The axis last along which the star is seen from its front with the largest area. */
+  private axesOf({ vertexCount, isClosed }: Ring): Axes {
+    const { spokes } = this;
+    let [x, y, z] = [0, 0, 0];
+    for (let place = 0; place < (isClosed ? vertexCount : vertexCount - 1); place++) {
+      const [a, b] = [3 * place, 3 * ((place + 1) % vertexCount)];
+      x += spokes[a + 1]! * spokes[b + 2]! - spokes[b + 1]! * spokes[a + 2]!;
+      y += spokes[a + 2]! * spokes[b]! - spokes[b + 2]! * spokes[a]!;
+      z += spokes[a]! * spokes[b + 1]! - spokes[b]! * spokes[a + 1]!;
+    }
+    const sizes = [Math.abs(x), Math.abs(y), Math.abs(z)] as const;
+    const height = sizes[2] >= sizes[0] && sizes[2] >= sizes[1] ? 2 : sizes[1] >= sizes[0] ? 1 : 0;
+    return TURNED[height]![[x, y, z][height]! >= 0 ? 0 : 1];
   }
 
   private measureSpokes(ring: Ring): void {
@@ -201,13 +241,11 @@ export class SplitDecoder {
       const length = alongX * alongX + alongY * alongY;
       return length > 0 ? ((alongX * x + alongY * y) / length) * spokes[at + 2]! : 0;
     }
-    const last = ring.vertexCount - 1;
-    const triangles = ring.isClosed ? last + 1 : last;
-    for (let place = 0; place < triangles; place++) {
-      const a = 3 * place;
+    // Stars in space may have several triangles over a place: of a closed walk, the one that closes it comes first.
+    let a = ring.isClosed ? 3 * (ring.vertexCount - 1) : 0;
+    for (let b = ring.isClosed ? 0 : 3; b < 3 * ring.vertexCount; a = b, b += 3) {
       const fromA = spokes[a]! * y - spokes[a + 1]! * x;
       if (!(fromA >= 0)) continue;
-      const b = place === last ? 0 : a + 3;
       const toB = x * spokes[b + 1]! - y * spokes[b]!;
       const area = spokes[a]! * spokes[b + 1]! - spokes[a + 1]! * spokes[b]!;
       if (toB > 0 && area > 0) return (toB * spokes[a + 2]! + fromA * spokes[b + 2]!) / area;
@@ -286,6 +324,22 @@ export class SplitDecoder {
       best = next;
     }
   }
+}
+
+/** Puts three coordinates in the order of axes. */
+function reorder(points: Float64Array, at: number, axes: Axes): void {
+  const [x, y, z] = [points[at + axes[0]]!, points[at + axes[1]]!, points[at + axes[2]]!];
+  points[at] = x;
+  points[at + 1] = y;
+  points[at + 2] = z;
+}
+
+/** And back. */
+function restore(point: Point, axes: Axes): void {
+  const [x, y, z] = [point[0]!, point[1]!, point[2]!];
+  point[axes[0]] = x;
+  point[axes[1]] = y;
+  point[axes[2]] = z;
 }
 
 /** The place of the least number, the first of equal ones; -1 if there is none. */
