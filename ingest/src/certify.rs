@@ -7,7 +7,7 @@
 //! ```text
 //! worst ← the floor: what is no worse does not matter
 //! for each triangle: for each block of samples that may hold something worse than that (branch and bound):
-//!     each sample of a small one whose normal line crosses the triangle
+//!     its corners, and each sample of a small one, whose normal line crosses the triangle
 //! for each edge: likewise each place where it crosses a grid line, and the summit of the difference in between
 //! bound ← the worst + what curvature can add between these places: inside one cell and one triangle
 //! ```
@@ -361,29 +361,11 @@ impl Plane<'_> {
     /// Takes the differences at samples under the triangle into account; `grid` is where it may be.
     fn meet(&self, relief: &Relief, curvature: &Curvature, grid: [DVec2; 3], margin: f64, worst: &Worst) {
         let per_squared_side = curvature.in_block(1.0, self.steepness());
-        let may_matter = |block: &Block| {
-            if !self.certifier.reaches(block) {
-                return true;
-            }
-            let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
-            for (at, height) in block.corners().into_iter().zip(block.patch) {
-                let (difference, ..) = self.difference(at, height);
-                least = least.min(difference);
-                greatest = greatest.max(difference);
-            }
-            let between = per_squared_side * block.side * block.side;
-            let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
-            worst.is_worth_a_look(size + between)
-        };
         let [a, b, c] = self.corners;
         let level = a.normalize();
         let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).cross(level).length()));
-        let nearly = self.nearly(curvature, grid, margin);
-        relief.visit_samples(grid, margin, may_matter, |at, height| {
-            if !worst.may_grow(nearly.largest_difference(at, height)) {
-                return;
-            }
-            let (difference, up, point) = self.difference(at, height);
+        // At a sample, if it is under the triangle.
+        let look = |difference: f64, up: DVec3, point: DVec3| {
             if difference.abs() <= worst.get() {
                 return;
             }
@@ -399,6 +381,32 @@ impl Plane<'_> {
                 }
             }
             worst.meet(difference.abs());
+        };
+        let may_matter = |block: &Block| {
+            if !self.certifier.reaches(block) {
+                return true;
+            }
+            let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+            for (at, height) in block.corners().into_iter().zip(block.patch) {
+                let (difference, up, point) = self.difference(at, height);
+                least = least.min(difference);
+                greatest = greatest.max(difference);
+                // What is found early on spares a look at what is no worse.
+                if block.is_sampled {
+                    look(difference, up, point);
+                }
+            }
+            let between = per_squared_side * block.side * block.side;
+            let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
+            worst.is_worth_a_look(size + between)
+        };
+        let nearly = self.nearly(curvature, grid, margin);
+        relief.visit_samples(grid, margin, may_matter, |at, height| {
+            if !worst.may_grow(nearly.largest_difference(at, height)) {
+                return;
+            }
+            let (difference, up, point) = self.difference(at, height);
+            look(difference, up, point);
         });
     }
 
@@ -413,6 +421,7 @@ impl Plane<'_> {
             side: (high - low).max_element().max(1.0),
             patch: [0.0; 4],
             residual: [0.0; 2],
+            is_sampled: false,
         };
         square.patch = square.corners().map(|at| -self.difference(at, 0.0).0);
         let is_known = self.certifier.reaches(&square);

@@ -45,6 +45,8 @@ pub struct Block {
     pub patch: [f64; 4],
     /// Least and greatest height of the surface above the bilinear patch through the corners, metres.
     pub residual: [f64; 2],
+    /// Whether the corners are known to be samples.
+    pub is_sampled: bool,
 }
 
 impl Block {
@@ -163,14 +165,15 @@ impl<'a> Relief<'a> {
     #[inline]
     fn block(&self, level: u8, x: usize, y: usize) -> Option<Block> {
         let (column, row) = (x % CHUNK, y % CHUNK);
-        let read = |chunk: &Chunk| (chunk.residual(column, row), chunk.patch(column, row));
-        let (residual, patch) = self.of_chunk(level, x, y, read)?;
+        let read = |chunk: &Chunk| (chunk.residual(column, row), chunk.patch(column, row), chunk.is_sampled());
+        let (residual, patch, is_sampled) = self.of_chunk(level, x, y, read)?;
         let side = f64::from(1_u32 << level);
         (residual != NO_SURFACE).then(|| Block {
             first: DVec2::new(scan::double(x), scan::double(y)) * side,
             side,
             patch,
             residual: residual.map(f64::from),
+            is_sampled,
         })
     }
 

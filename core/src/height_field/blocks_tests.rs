@@ -67,6 +67,7 @@ fn blocks_of_every_level_hold_what_they_say() {
                 continue;
             };
             let cell = Block {
+                is_sampled: true,
                 first: DVec2::new(first[0] as f64, first[1] as f64),
                 side: 1.0,
                 patch,

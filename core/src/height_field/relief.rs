@@ -153,6 +153,13 @@ impl Chunk {
         }
     }
 
+    /// Whether all corners of its blocks are known to be samples.
+    #[must_use]
+    #[inline]
+    pub fn is_sampled(&self) -> bool {
+        self.computed.is_some() || !self.residuals.is_empty() && self.guessed.is_empty()
+    }
+
     #[inline]
     fn corners_of(&self, column: usize, row: usize) -> [f64; 4] {
         if let Some(Computed(blocks)) = &self.computed {

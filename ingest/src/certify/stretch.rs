@@ -118,7 +118,7 @@ impl Stretch {
                 clip(from, to, low, high).map(within)
             };
             let may_matter = |block: &Block| {
-                in_block(block).is_some_and(|[start, end]| worst.may_grow(self.bound_in(block, start, end)))
+                in_block(block).is_some_and(|[start, end]| worst.is_worth_a_look(self.bound_in(block, start, end)))
             };
             relief.visit_blocks([from, to, to], beside, may_matter, |block| {
                 if let Some([start, end]) = in_block(block) {
@@ -164,6 +164,7 @@ impl Stretch {
             side: 1.0,
             patch,
             residual: [0.0; 2],
+            is_sampled: true,
         };
         let difference = |t: f64| {
             let at = self.at(t);

@@ -17,7 +17,7 @@ use crate::store::Name;
 use crate::tin::bound_name;
 
 /// Counts up whenever the same inputs would give other tiles than before: what was made then is not taken for what is made now.
-const ALGORITHM: u32 = 10;
+const ALGORITHM: u32 = 11;
 /// Samples across a leaf tile, roughly, at the default error and at most: enough triangles that its sides do not weigh much.
 const SAMPLES_ACROSS_A_LEAF: [f64; 2] = [128.0, 512.0];
 /// Cells are taken to be no longer than this: beside a pole columns meet.
