@@ -165,7 +165,13 @@ impl<'a> Relief<'a> {
     #[inline]
     fn block(&self, level: u8, x: usize, y: usize) -> Option<Block> {
         let (column, row) = (x % CHUNK, y % CHUNK);
-        let read = |chunk: &Chunk| (chunk.residual(column, row), chunk.patch(column, row), chunk.is_sampled());
+        let read = |chunk: &Chunk| {
+            (
+                chunk.residual(column, row),
+                chunk.patch(column, row),
+                chunk.is_sampled(),
+            )
+        };
         let (residual, patch, is_sampled) = self.of_chunk(level, x, y, read)?;
         let side = f64::from(1_u32 << level);
         (residual != NO_SURFACE).then(|| Block {
