@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::{self, LEAST_CURVATURE_RADIUS};
+use terrain_tiles::ellipsoid::{self, ECCENTRICITY_SQUARED, LEAST_CURVATURE_RADIUS};
 
 use crate::georeference::GeoReference;
 
@@ -90,5 +90,19 @@ impl Curvature {
         let bend =
             (self.upwards + self.sideways * steepness) * cells * cells + 2.0 * rises * rises / LEAST_CURVATURE_RADIUS;
         HIGHER_ORDER * bend.element_sum() / 8.0
+    }
+
+    /// Metres sideways by which places inside such a block may leave those that are bilinear between its corners, and a share of how far
+    /// they are from anything that is added to that.
+    ///
+    /// How far a place with the ellipsoid's normal n is beyond the vertical plane through an edge is n·(p × q) over the edge's length on a
+    /// sphere, and but for the flattening on the ellipsoid: its second derivative is that of the place, and of n times the distance.
+    pub(super) fn beside_block(&self, side: f64) -> [f64; 2] {
+        let of_block = HIGHER_ORDER * side * side / 8.0;
+        let bend = (self.sideways + self.of_slope * (4.0 * ECCENTRICITY_SQUARED)).element_sum();
+        [
+            of_block * bend,
+            of_block * self.of_slope.element_sum() / LEAST_CURVATURE_RADIUS,
+        ]
     }
 }
