@@ -8,16 +8,17 @@ const ENOUGH: f64 = 1e-4;
 /// A difference in metres that only grows.
 #[derive(Clone, Debug)]
 pub(super) struct Worst {
-    /// Found at a place.
+    /// Found at a place; minus infinity as long as nothing is.
     found: Cell<f64>,
     /// No place has more.
     claimed: Cell<f64>,
 }
 
 impl Worst {
+    /// What is no worse than so many metres does not matter.
     pub(super) fn new(metres: f64) -> Self {
         Self {
-            found: Cell::new(metres),
+            found: Cell::new(f64::NEG_INFINITY),
             claimed: Cell::new(metres),
         }
     }
@@ -61,5 +62,21 @@ impl Worst {
             self.claimed.set(bound);
         }
         self.may_grow(bound)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_floor_that_nothing_was_found_above_is_no_claim() {
+        let worst = Worst::new(1.0);
+        assert!(worst.is_worth_a_look(1.000_05));
+        assert_eq!(worst.get(), 1.0);
+        worst.meet(1.000_02);
+        assert!(!worst.is_worth_a_look(1.000_05));
+        assert_eq!(worst.get(), 1.000_05);
+        assert!(worst.is_worth_a_look(1.01));
     }
 }
