@@ -267,11 +267,10 @@ impl<'a> Measure<'a> {
         let worst = self.worst.less(between);
         if bulge <= NEARLY_STRAIGHT && !is_at_pole {
             let grid = [a, b, c].map(|place| place.grid);
-            plane.meet(&self.relief, &self.curvature, grid, AROUND + bulge, &worst, |_| false);
+            plane.meet(&self.relief, &self.curvature, grid, AROUND + bulge, &worst, false);
         } else {
-            let is_beside = |block: &Block| plane.is_beside(&self.curvature, block);
             for half in self.rectangle(&edges) {
-                plane.meet(&self.relief, &self.curvature, half, AROUND, &worst, is_beside);
+                plane.meet(&self.relief, &self.curvature, half, AROUND, &worst, true);
             }
         }
         self.worst.grow(&worst, between);
@@ -366,12 +365,12 @@ impl Plane<'_> {
         [(a, b), (b, c), (c, a)].map(|(p, q)| (p, q, -BESIDE * (q - p).cross(level).length()))
     }
 
-    /// Whether all of a block is beside one of the triangle's sides.
-    fn is_beside(&self, curvature: &Curvature, block: &Block) -> bool {
+    /// Whether all of a block is beside one of the triangle's `sides`.
+    fn is_beside(&self, sides: &[(DVec3, DVec3, f64); 3], curvature: &Curvature, block: &Block) -> bool {
         let [bend, share] = curvature.beside_block(block.side);
         let corners = block.corners().map(|at| self.certifier.above(at, 0.0));
         self.certifier.reaches(block)
-            && self.sides().iter().any(|&(p, q, least)| {
+            && sides.iter().any(|&(p, q, least)| {
                 let beyond = corners.map(|(up, point)| up.dot((p - point).cross(q - point)));
                 let [nearest, farthest] = [
                     beyond.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -381,7 +380,8 @@ impl Plane<'_> {
             })
     }
 
-    /// Takes the differences at samples under the triangle into account; `grid` is where it may be, blocks that are `beside` it left out.
+    /// Takes the differences at samples under the triangle into account; `grid` is where it may be, and what is beside it,
+    /// too, if it `is_wide`.
     fn meet(
         &self,
         relief: &Relief,
@@ -389,7 +389,7 @@ impl Plane<'_> {
         grid: [DVec2; 3],
         margin: f64,
         worst: &Worst,
-        is_beside: impl Fn(&Block) -> bool,
+        is_wide: bool,
     ) {
         let per_squared_side = curvature.in_block(1.0, self.steepness());
         let sides = self.sides();
@@ -427,7 +427,9 @@ impl Plane<'_> {
             }
             let between = per_squared_side * block.side * block.side;
             let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
-            worst.may_grow(size + between) && !is_beside(block) && worst.is_worth_a_look(size + between)
+            worst.may_grow(size + between)
+                && !(is_wide && self.is_beside(&sides, curvature, block))
+                && worst.is_worth_a_look(size + between)
         };
         let nearly = self.nearly(curvature, grid, margin);
         relief.visit_samples(grid, margin, may_matter, |at, height| {

@@ -56,6 +56,7 @@ use axum::extract::{DefaultBodyLimit, State};
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use axum::routing::get;
+use terrain_tiles::layer_json::Projection;
 use tower::ServiceBuilder;
 use tower_http::cors::{AllowOrigin, Any, CorsLayer};
 use tower_http::timeout::{RequestBodyTimeoutLayer, TimeoutLayer};
@@ -79,6 +80,8 @@ pub fn router(service: Arc<Shared>, settings: &Settings) -> Result<Router, heade
         .layer(DefaultBodyLimit::max(settings.max_body << 10))
         .layer(RequestBodyTimeoutLayer::new(seconds))
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, seconds));
+    let layer_json =
+        |service, name, query, headers| tiles::layer_json(Projection::Geographic, service, name, query, headers);
     let router = Router::new()
         .route("/openapi.json", get(elevation::document))
         .route("/docs", get(documentation::front))
@@ -87,7 +90,7 @@ pub fn router(service: Arc<Shared>, settings: &Settings) -> Result<Router, heade
         .route("/readyz", get(ready))
         .route("/metrics", get(observe::metrics))
         .route("/tilesets", get(tiles::list))
-        .route("/{name}/layer.json", get(tiles::layer_json))
+        .route("/{name}/layer.json", get(layer_json))
         .route("/{name}/curved.clod", get(tiles::curved))
         .route("/{name}/model.spm", get(tiles::progressive))
         .route("/{name}/{z}/{x}/{file}", get(tiles::tile))

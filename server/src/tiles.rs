@@ -8,13 +8,14 @@ use axum::http::HeaderMap;
 use axum::response::Response;
 use serde_json::json;
 use terrain_tiles::layer_json::{LayerForm, Projection};
+use terrain_tiles::tile_file::SquareTile;
 use twox_hash::XxHash3_128;
 
 use crate::answer::Description;
 use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
-use crate::form::{Form, TileRequest, asked_rows};
+use crate::form::{Form, MercatorRequest, TileRequest, asked_rows};
 use crate::models::ModelKind;
 use crate::service::Service;
 use crate::tileset::{TileError, Tileset};
@@ -32,32 +33,23 @@ pub(crate) async fn list(State(service): State<Service>, headers: HeaderMap) -> 
     json_document(&service, document.into(), &headers).await
 }
 
+/// `layer.json` of an archive in a projection.
 pub(crate) async fn layer_json(
+    projection: Projection,
     State(service): State<Service>,
     Path(name): Path<String>,
     RawQuery(query): RawQuery,
     headers: HeaderMap,
 ) -> Result<Response, Failure> {
     let query = query.unwrap_or_default();
-    layer_json_in(Projection::Geographic, &service, &name, &query, &headers).await
-}
-
-/// `layer.json` of an archive in a projection.
-pub(crate) async fn layer_json_in(
-    projection: Projection,
-    service: &Service,
-    name: &str,
-    query: &str,
-    headers: &HeaderMap,
-) -> Result<Response, Failure> {
     let parents = url::form_urlencoded::parse(query.as_bytes()).filter(|(key, _)| key == "parent");
     let form = LayerForm {
         projection,
-        rows: asked_rows(query),
+        rows: asked_rows(&query),
         parent: parents.map(|(_, url)| url.into_owned()).next(),
     };
-    let document = service.find(name)?.layer_json(&form);
-    json_document(service, document, headers).await
+    let document = service.find(&name)?.layer_json(&form);
+    json_document(&service, document, &headers).await
 }
 
 /// A document that was made for this answer; its tag is a hash.
@@ -110,11 +102,84 @@ pub(crate) async fn tile(
     answer_from(&service, &name, &request, query, headers).await
 }
 
+/// What is made of one archive when it is asked for.
+pub(crate) trait Wanted: Copy + Send + 'static {
+    /// Changes exactly when the bytes do, but for their content coding; none where there is nothing.
+    fn tag(&self, tileset: &Tileset) -> Option<String>;
+
+    /// What the answer's headers say of it.
+    fn description(&self, tag: &str) -> Description;
+
+    /// Where its body is among the bodies.
+    fn key(&self, generation: u64) -> Key;
+
+    /// The bytes. Blocks while it reads and encodes.
+    fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError>;
+
+    /// Its address in words.
+    fn address(&self) -> String;
+}
+
+impl Wanted for TileRequest {
+    fn tag(&self, tileset: &Tileset) -> Option<String> {
+        self.tag(tileset)
+    }
+
+    fn description(&self, tag: &str) -> Description {
+        match self.form {
+            Form::Progressive => Description::new("application/octet-stream", tag, self.coding()),
+            Form::QuantizedMesh { .. } => quantized_mesh(tag, self.coding()),
+            Form::ThreeDTiles { part, .. } => {
+                Description::new(part.content_type(), tag, self.coding()).varying_by("accept-encoding")
+            }
+        }
+    }
+
+    fn key(&self, generation: u64) -> Key {
+        Key::Tile(generation, self.address, self.form)
+    }
+
+    fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError> {
+        self.body(tileset)
+    }
+
+    fn address(&self) -> String {
+        self.address.to_string()
+    }
+}
+
+impl Wanted for MercatorRequest {
+    fn tag(&self, tileset: &Tileset) -> Option<String> {
+        self.tag(tileset)
+    }
+
+    fn description(&self, tag: &str) -> Description {
+        quantized_mesh(tag, self.coding)
+    }
+
+    fn key(&self, generation: u64) -> Key {
+        Key::Mercator(generation, *self)
+    }
+
+    fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError> {
+        self.body(tileset)
+    }
+
+    fn address(&self) -> String {
+        let SquareTile { zoom, x, y } = self.tile;
+        format!("{zoom}/{x}/{y} of Web Mercator, rows counted from the north")
+    }
+}
+
+fn quantized_mesh(tag: &str, coding: Coding) -> Description {
+    Description::new("application/vnd.quantized-mesh", tag, coding).varying_by("accept, accept-encoding")
+}
+
 /// The answer from the archive of a name.
 pub(crate) async fn answer_from(
     service: &Service,
     name: &str,
-    request: &TileRequest,
+    request: &impl Wanted,
     query: &str,
     headers: &HeaderMap,
 ) -> Result<Response, Failure> {
@@ -130,30 +195,22 @@ pub(crate) async fn answer_from(
         }
         answered => answered,
     };
-    answered.map_err(|error| error.answered(|| format!("tileset “{name}” has no tile {}", request.address)))
+    answered.map_err(|error| error.answered(|| format!("tileset “{name}” has no tile {}", request.address())))
 }
 
 async fn answer(
     service: &Service,
     tileset: &Arc<Tileset>,
-    request: &TileRequest,
+    request: &impl Wanted,
     query: &str,
     headers: &HeaderMap,
 ) -> Result<Response, TileError> {
     let tag = request.tag(tileset).ok_or(TileError::Missing)?;
-    let description = match request.form {
-        Form::Progressive => Description::new("application/octet-stream", &tag, request.coding()),
-        Form::QuantizedMesh { .. } => Description::new("application/vnd.quantized-mesh", &tag, request.coding())
-            .varying_by("accept, accept-encoding"),
-        Form::ThreeDTiles { part, .. } => {
-            Description::new(part.content_type(), &tag, request.coding()).varying_by("accept-encoding")
-        }
-    };
-    let description = description.immutable(tileset.is_named_in(query));
+    let description = request.description(&tag).immutable(tileset.is_named_in(query));
     if let Some(response) = description.not_modified(headers) {
         return Ok(response);
     }
-    let key = Key::Tile(tileset.generation, request.address, request.form);
+    let key = request.key(tileset.generation);
     let (source, wanted) = (Arc::clone(tileset), *request);
     // Reading, decoding and encoding a tile takes milliseconds of one core.
     let body = service.bodies.get(key.clone(), move || wanted.body(&source)).await?;

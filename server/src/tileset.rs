@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::body::Bytes;
-use terrain_tiles::address::TileAddress;
+use terrain_tiles::address::{Rectangle, TileAddress};
 use terrain_tiles::archive::{ArchiveError, Reader};
 use terrain_tiles::formats::quantized_mesh::{
     Extensions, QuantizedMesh, addresses_around, addresses_for, addresses_under,
@@ -165,7 +165,7 @@ impl Tileset {
         address: TileAddress,
         extensions: Extensions,
     ) -> Result<QuantizedMesh, TileError> {
-        let Metadata { outside, water, .. } = self.metadata();
+        let outside = &self.metadata().outside;
         let mut mesh = match self.tile(address)? {
             Some(tile) => {
                 let beside = if extensions.normals {
@@ -180,9 +180,14 @@ impl Tileset {
             }
             None => return Err(TileError::Missing),
         };
-        let is_wanted = extensions.water_mask && !water.is_empty();
-        mesh.water_mask = is_wanted.then(|| water.mask(address));
+        mesh.water_mask = self.water_mask(extensions, address);
         Ok(mesh)
+    }
+
+    /// Where there is water in a tile, if it is asked for and known.
+    fn water_mask(&self, extensions: Extensions, tile: impl Into<Rectangle>) -> Option<Vec<u8>> {
+        let water = &self.metadata().water;
+        (extensions.water_mask && !water.is_empty()).then(|| water.mask(tile))
     }
 
     /// A tile of Web Mercator. Blocks while it reads and decodes.
@@ -191,15 +196,14 @@ impl Tileset {
         tile: SquareTile,
         extensions: Extensions,
     ) -> Result<QuantizedMesh, TileError> {
-        let Metadata { outside, water, .. } = self.metadata();
+        let outside = &self.metadata().outside;
         let tiles = self.standing_for_all(addresses_for(tile)).into_iter();
         let tiles: Vec<Tile> = tiles
             .map(|address| self.tile(address))
             .filter_map(Result::transpose)
             .collect::<Result<_, _>>()?;
         let mut mesh = QuantizedMesh::in_mercator(tile, &tiles, outside);
-        let is_wanted = extensions.water_mask && !water.is_empty();
-        mesh.water_mask = is_wanted.then(|| water.mask(tile));
+        mesh.water_mask = self.water_mask(extensions, tile);
         Ok(mesh)
     }
 }

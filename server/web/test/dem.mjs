@@ -3,6 +3,9 @@
 import { readFile } from "node:fs/promises";
 import { fromArrayBuffer } from "geotiff";
 
+/** Places on a grid inside the sample. */
+export const PLACES = Array.from({ length: 25 }, (_, i) => [-84.36 + 0.05 * (i % 5), 36.2 + 0.05 * Math.floor(i / 5)]);
+
 /** Heights of the source at places: bilinear between samples, undefined beside them. */
 export async function readDem(path) {
   const file = await readFile(path);

@@ -5,16 +5,12 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { chromium } from "playwright-core";
-import { offNearby, readDem } from "./dem.mjs";
+import { launch, quietPage } from "./browser.mjs";
+import { offNearby, PLACES, readDem } from "./dem.mjs";
 import { servePages } from "./pages.mjs";
 
 const url = process.env.TERRAIN_URL;
-const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
 const SETTLE_MILLISECONDS = 100_000;
-
-/** Places on a grid inside the DEM. */
-const PLACES = Array.from({ length: 25 }, (_, i) => [-84.36 + 0.05 * (i % 5), 36.2 + 0.05 * Math.floor(i / 5)]);
 
 let name, metadata, dem, pages, browser;
 
@@ -23,7 +19,7 @@ before(async () => {
   [{ name, metadata }] = await fetch(new URL("tilesets", url)).then((answer) => answer.json());
   dem = await readDem(process.env.TERRAIN_DEM);
   pages = await servePages();
-  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+  browser = await launch();
 });
 
 after(async () => {
@@ -33,10 +29,8 @@ after(async () => {
 
 for (const path of ["", "?scheme=slippyMap", "/mercator", "/mercator?scheme=slippyMap"]) {
   test(`CesiumJS draws NAME${path} and samples heights within the claim`, async () => {
-    const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
     const complaints = [], wrong = [];
-    page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-    page.on("pageerror", (error) => complaints.push(error.message));
+    const page = await quietPage(browser, complaints);
     page.on("response", (response) => response.status() >= 400 && wrong.push(response.url()));
     const address = new URL(`http://127.0.0.1:${pages.address().port}/test/cesium.html`);
     address.searchParams.set("tileset", new URL(`${name}${path}`, url));

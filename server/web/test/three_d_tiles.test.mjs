@@ -9,16 +9,13 @@ import { after, before, test } from "node:test";
 import validator from "gltf-validator";
 import { chromium } from "playwright-core";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
-import { offNearby, readDem } from "./dem.mjs";
+import { offNearby, PLACES, readDem } from "./dem.mjs";
 import { servePages } from "./pages.mjs";
 
 const url = process.env.TERRAIN_URL;
 const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
 const PACKINGS = ["plain", "meshopt"];
 const SETTLE_MILLISECONDS = 100_000;
-
-/** Places on a grid inside the DEM. */
-const PLACES = Array.from({ length: 25 }, (_, i) => [-84.36 + 0.05 * (i % 5), 36.2 + 0.05 * Math.floor(i / 5)]);
 
 let name, dem, pages, browser;
 

@@ -14,6 +14,8 @@ mod decode;
 mod encode;
 mod from_tile;
 mod in_mercator;
+#[cfg(test)]
+mod made_tiles;
 mod normals;
 mod square;
 mod validate;

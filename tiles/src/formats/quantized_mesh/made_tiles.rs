@@ -1,0 +1,85 @@
+//! Tiles of few triangles for tests.
+#![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
+
+use glam::DVec3;
+use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
+
+use crate::address::TileAddress;
+use crate::filled::Filled;
+use crate::tile::{Lineage, Tile};
+
+/// A tile with `mesh` as its only level.
+pub(super) fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
+    let bands = vec![Band { end: 0, error: 1.0 }; 4];
+    let log = CollapseLog {
+        collapses: Vec::new(),
+        bands,
+    };
+    Tile {
+        address,
+        extent_bits,
+        height_exponent: -6,
+        sampling: None,
+        lineage: Lineage::default(),
+        breaklines: Vec::new(),
+        filled: Filled::default(),
+        partition: SurfacePartition::from_log(mesh, &log, 1.0).unwrap(),
+        outline_errors: vec![0.0; 5],
+    }
+}
+
+pub(super) fn address(zoom: u8, x: u32, y: u32) -> TileAddress {
+    TileAddress::new(zoom, x, y).unwrap()
+}
+
+/// Two triangles for every cell between `columns` and `rows` that `keep` wants, by column and row.
+pub(super) fn grid(
+    columns: &[f64],
+    rows: &[f64],
+    height: impl Fn(f64, f64) -> f64,
+    keep: impl Fn(usize, usize) -> bool,
+) -> Mesh {
+    let width = columns.len() as u32;
+    let positions = rows
+        .iter()
+        .flat_map(|&y| columns.iter().map(move |&x| (x, y)))
+        .map(|(x, y)| DVec3::new(x, y, height(x, y)));
+    let cells = (0..rows.len() - 1).flat_map(|row| (0..columns.len() - 1).map(move |column| (column, row)));
+    let triangles = cells
+        .filter(|&(column, row)| keep(column, row))
+        .flat_map(|(column, row)| {
+            let a = row as u32 * width + column as u32;
+            [[a, a + 1, a + width + 1], [a, a + width + 1, a + width]]
+        });
+    drop_unused(&Mesh {
+        positions: positions.collect(),
+        triangles: triangles.collect(),
+    })
+}
+
+pub(super) fn drop_unused(mesh: &Mesh) -> Mesh {
+    let mut used: Vec<u32> = mesh.triangles.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    let number = |vertex: u32| used.binary_search(&vertex).unwrap() as u32;
+    Mesh {
+        positions: used.iter().map(|&vertex| mesh.positions[vertex as usize]).collect(),
+        triangles: mesh.triangles.iter().map(|triangle| triangle.map(number)).collect(),
+    }
+}
+
+pub(super) fn even(cells: u32, extent: f64) -> Vec<f64> {
+    (0..=cells)
+        .map(|line| (extent * f64::from(line) / f64::from(cells)).round())
+        .collect()
+}
+
+/// A small generator of random numbers (Numerical Recipes), so that a failure comes again.
+pub(super) struct Random(pub(super) u32);
+
+impl Random {
+    pub(super) fn below(&mut self, end: u32) -> u32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        ((u64::from(self.0) * u64::from(end)) >> 32) as u32
+    }
+}
