@@ -324,12 +324,13 @@ fn ordered(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Height of a point above the nearest one of an edge, as seen from above.
-fn above_edge(point: DVec3, up: DVec3, [p, q]: [DVec3; 2]) -> f64 {
+/// How far a point is from the nearest one of an edge, as seen from above, and how high above that.
+fn beside_edge(point: DVec3, up: DVec3, [p, q]: [DVec3; 2]) -> [f64; 2] {
     let level = |way: DVec3| way - up * up.dot(way);
     let along = level(q - p);
     let share = level(point - p).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
-    up.dot(point - p.lerp(q, share.clamp(0.0, 1.0)))
+    let from_edge = point - p.lerp(q, share.clamp(0.0, 1.0));
+    [level(from_edge).length(), up.dot(from_edge)]
 }
 
 /// A triangle in space.
@@ -398,18 +399,24 @@ impl Plane<'_> {
             if difference.abs() <= worst.get() {
                 return;
             }
-            let mut difference = difference;
+            // A plane may be so steep that it says nothing of what is beside the triangle, however near.
+            let mut nearest: Option<[f64; 2]> = None;
             for &(p, q, least) in &sides {
                 let beyond = up.dot((p - point).cross(q - point));
                 if beyond < least {
                     return;
                 }
-                // A plane may be so steep that it says nothing of what is beside the triangle, however near.
                 if beyond < 0.0 {
-                    difference = above_edge(point, up, [p, q]);
+                    let beside = beside_edge(point, up, [p, q]);
+                    nearest = Some(nearest.filter(|nearest| nearest[0] <= beside[0]).unwrap_or(beside));
                 }
             }
-            worst.meet(difference.abs());
+            match nearest {
+                None => worst.meet(difference.abs()),
+                // Beyond the tip of a thin triangle places are beside none of its sides.
+                Some([apart, above]) if apart <= BESIDE => worst.meet(above.abs()),
+                Some(_) => {}
+            }
         };
         let may_matter = |block: &Block| {
             if !self.certifier.reaches(block) {

@@ -143,3 +143,20 @@ fn places_are_kept_of_the_samples_under_a_tile_alone_and_measure_the_same() {
     let [all, few] = [of_cells([0..30, 0..30]), of_cells([12..20, 3..5])];
     assert!((all - few).abs() < 1e-6, "{all} {few}");
 }
+
+#[test]
+fn samples_beyond_the_tip_of_a_thin_triangle_are_not_under_it() {
+    let over = |beyond: f32| {
+        let height = |index: usize| if index % 257 > 101 { beyond } else { 0.0 };
+        let grid = raster(257, (0..257 * 257).map(height).collect());
+        // A tenth of a millimetre wide, along a row.
+        let places = [(0.0, 128.0), (100.0, 128.0), (50.0, 128.0 + 1e-7)];
+        let corner = |(column, row): (f64, f64)| grid.georeference.geographic(DVec2::new(column, row)).extend(0.0);
+        let mesh = Mesh {
+            positions: places.map(corner).to_vec(),
+            triangles: vec![[0, 1, 2]],
+        };
+        error(&grid, &mesh, Bound::Samples)
+    };
+    assert_eq!(over(5000.0), over(0.0));
+}

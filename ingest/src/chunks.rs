@@ -23,7 +23,7 @@ use crate::chunk_grid::{ChunkId, chunks_under, first_sample, from_bytes, overlap
 use crate::intake::Taken;
 use crate::interpolated::Interpolated;
 use crate::progress::Progress;
-use crate::samples::{Raster, Samples, Window};
+use crate::samples::{CoarseWindow, Raster, Samples, Window};
 use crate::store::{Name, Store};
 
 /// The raster in the store: any window of its samples, any chunk of its relief.
@@ -126,6 +126,17 @@ impl ChunkedRaster {
             .range(first(level)..first(level + 1))
             .map(|(&id, _)| id)
             .collect()
+    }
+
+    /// Whether there are samples under a chunk in the chunks over a rectangle of the lattice.
+    fn has_chunk_in(&self, id: ChunkId, rectangle: &[Range<usize>; 2]) -> bool {
+        let reaches = |chunk: u32, range: &Range<usize>| {
+            let side = CHUNK << id.level;
+            let first = chunk as usize * side;
+            first < range.end && range.start < first + side
+        };
+        let is_there = reaches(id.x, &rectangle[0]) && reaches(id.y, &rectangle[1]) && self.names.contains_key(&id);
+        is_there && (id.level == 0 || id.parts().into_iter().any(|part| self.has_chunk_in(part, rectangle)))
     }
 
     /// How many chunks just above the samples are under one, itself included.
@@ -413,8 +424,23 @@ impl Samples for ChunkedRaster {
         self.filled_in(columns, rows).map(Some)
     }
 
+    fn coarse(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Option<Box<dyn CoarseWindow + '_>>> {
+        if columns.end > self.size[0] || rows.end > self.size[1] {
+            return Ok(None);
+        }
+        let chunks = chunks_under(0, self.corner, [&columns, &rows]);
+        self.interpolated.window(chunks, self.before, [columns, rows])
+    }
+
     fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool {
-        !self.chunks_over(0, &columns, &rows).is_empty()
+        let [left, top] = self.corner;
+        let rectangle = [
+            left + columns.start..left + columns.end,
+            top + rows.start..top + rows.end,
+        ];
+        self.chunks_of(self.top_level)
+            .into_iter()
+            .any(|top| self.has_chunk_in(top, &rectangle))
     }
 }
 

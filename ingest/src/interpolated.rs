@@ -7,6 +7,7 @@
 //! ```
 //! So a country around a site costs what its own samples cost, not what it would have at the site's.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,8 +19,8 @@ use serde::{Deserialize, Serialize};
 use terrain_core::height_field::relief::{Blocks, CHUNK, Chunk, Computed};
 
 use crate::chunk_grid::{ChunkId, FIRST, from_bytes, overlap};
-use crate::raster::{NODES, OwnGrid, Places};
-use crate::samples::Raster;
+use crate::raster::{NODES, OwnGrid, Places, between};
+use crate::samples::{CoarseWindow, Raster};
 use crate::store::{Name, Store};
 
 /// Bytes of own samples of a file at hand.
@@ -142,6 +143,49 @@ impl Interpolated {
         Ok(Some(rows.flat_map(row).map(height).collect()))
     }
 
+    /// Heights of columns and rows under some chunks, counted from `before` the raster's first; none where they do not all follow from one
+    /// file's samples.
+    ///
+    /// # Errors
+    /// When the store cannot be read.
+    pub(crate) fn window(
+        &self,
+        chunks: impl Iterator<Item = ChunkId>,
+        before: [usize; 2],
+        [columns, rows]: [Range<usize>; 2],
+    ) -> Result<Option<Box<dyn CoarseWindow + '_>>> {
+        let origins: Option<Vec<(ChunkId, &Origin)>> = chunks.map(|id| Some((id, self.chunks.get(&id)?))).collect();
+        let Some(origins) = origins else { return Ok(None) };
+        let Some(&(first, Origin { file, samples })) = origins.first() else {
+            return Ok(None);
+        };
+        if origins.iter().any(|(_, origin)| origin.file != *file) {
+            return Ok(None);
+        }
+        let union = |a: &Range<usize>, b: &Range<usize>| a.start.min(b.start)..a.end.max(b.end);
+        let own = origins.iter().fold(samples.clone(), |all, (_, origin)| {
+            [0, 1].map(|axis| union(&all[axis], &origin.samples[axis]))
+        });
+        let file = &self.files[*file];
+        let before = before.map(|before| before as i64);
+        let first = first_of(self.origin, first);
+        let nodes = |axis: usize, range: &Range<usize>| {
+            let count = range.end as i64 - before[axis] - first[axis];
+            count as usize / NODES + 2
+        };
+        let size = [nodes(0, &columns), nodes(1, &rows)];
+        Ok(Some(Box::new(FollowingWindow {
+            grid: &file.grid,
+            own: file.read(own)?,
+            columns,
+            rows,
+            before,
+            first,
+            nodes: vec![OnceCell::new(); size[0] * size[1]],
+            across: size[0],
+        })))
+    }
+
     /// A chunk of the relief, if it follows from a coarse file's samples.
     ///
     /// # Errors
@@ -249,7 +293,10 @@ impl OwnSamples {
 
     /// The own samples around some places.
     fn window(&self, places: &[DVec2]) -> Result<OwnWindow> {
-        let [columns, rows] = self.grid.samples_around(places, DVec2::ONE);
+        self.read(self.grid.samples_around(places, DVec2::ONE))
+    }
+
+    fn read(&self, [columns, rows]: [Range<usize>; 2]) -> Result<OwnWindow> {
         let mut heights = vec![f32::NAN; columns.len() * rows.len()];
         for id in chunks_over(&[columns.clone(), rows.clone()]) {
             let chunk = self.chunk(id)?;
@@ -291,6 +338,21 @@ impl OwnWindow {
     }
 }
 
+impl OwnWindow {
+    /// Metres by which samples side by side differ at most: in a row, in a column.
+    fn steepest(&self) -> DVec2 {
+        let width = self.columns.len();
+        let rows = self.heights.chunks_exact(width);
+        let across = rows
+            .flat_map(|row| row.windows(2))
+            .map(|pair| (pair[1] - pair[0]).abs())
+            .fold(0.0, f32::max);
+        let down = self.heights.iter().zip(&self.heights[width..]);
+        let down = down.map(|(above, below)| (below - above).abs()).fold(0.0, f32::max);
+        DVec2::new(across.into(), down.into())
+    }
+}
+
 /// Chunks over a rectangle of own samples.
 fn chunks_over([columns, rows]: &[Range<usize>; 2]) -> Vec<OwnChunk> {
     let span = |range: &Range<usize>| (range.start / CHUNK) as u32..range.end.div_ceil(CHUNK) as u32;
@@ -325,15 +387,7 @@ impl FollowingBlocks {
             across: in_row,
             apart,
         } = &self.places;
-        let width = self.window.columns.len();
-        let rows = self.window.heights.chunks_exact(width);
-        let across = rows
-            .flat_map(|row| row.windows(2))
-            .map(|pair| (pair[1] - pair[0]).abs())
-            .fold(0.0, f32::max);
-        let down = self.window.heights.iter().zip(&self.window.heights[width..]);
-        let down = down.map(|(above, below)| (below - above).abs()).fold(0.0, f32::max);
-        let slope = DVec2::new(across.into(), down.into());
+        let slope = self.window.steepest();
         let steps_across = nodes.chunks_exact(*in_row).flat_map(|row| row.windows(2));
         let steps_across = steps_across.map(|pair| (pair[1] - pair[0]).abs());
         let steps_down = nodes.iter().zip(&nodes[*in_row..]);
@@ -379,6 +433,73 @@ impl Blocks for FollowingBlocks {
 
     fn bytes(&self) -> usize {
         size_of::<Self>() + 4 * self.window.heights.len() + size_of::<DVec2>() * self.places.nodes.len()
+    }
+}
+
+/// A rectangle of the lattice over own samples of a file. Places are made when they are asked for.
+struct FollowingWindow<'a> {
+    grid: &'a OwnGrid,
+    own: OwnWindow,
+    columns: Range<usize>,
+    rows: Range<usize>,
+    /// Columns and rows before the raster's first sample, and where places begin, counted from that.
+    before: [i64; 2],
+    first: [i64; 2],
+    /// Places of every [`NODES`]-th sample, `across` in a row.
+    nodes: Vec<OnceCell<DVec2>>,
+    across: usize,
+}
+
+impl FollowingWindow<'_> {
+    fn place(&self, column: usize, row: usize) -> DVec2 {
+        let from_first = |axis: usize, index: usize| (index as i64 - self.before[axis] - self.first[axis]) as usize;
+        let at = [from_first(0, column), from_first(1, row)];
+        let node = |right: usize, below: usize| {
+            let node = [at[0] / NODES + right, at[1] / NODES + below];
+            *self.nodes[node[1] * self.across + node[0]].get_or_init(|| {
+                self.grid
+                    .place([0, 1].map(|axis| self.first[axis] + (node[axis] * NODES) as i64))
+            })
+        };
+        between(node, at, NODES)
+    }
+}
+
+impl CoarseWindow for FollowingWindow<'_> {
+    fn height(&self, column: usize, row: usize) -> f32 {
+        self.own.height(self.place(column, row)) as f32
+    }
+
+    fn steepest(&self) -> f32 {
+        /// By how much a step may be longer in the file than at the places where it is looked at.
+        const LONGER: f64 = 1.25;
+        const STRETCHES: usize = 4;
+        let at = |range: &Range<usize>, part: usize| range.start + (range.len() - 2) * part / STRETCHES;
+        let longest = (0..=STRETCHES)
+            .flat_map(|down| (0..=STRETCHES).map(move |across| (across, down)))
+            .map(|(across, down)| (at(&self.columns, across), at(&self.rows, down)))
+            .flat_map(|(column, row)| {
+                let place = self.place(column, row);
+                [self.place(column + 1, row), self.place(column, row + 1)].map(|next| place.distance(next))
+            })
+            .fold(0.0, f64::max);
+        (self.own.steepest().length() * longest * LONGER) as f32
+    }
+
+    fn around_own(&self) -> Vec<[usize; 2]> {
+        let own = self.own.rows.clone();
+        let samples = own.flat_map(|row| self.own.columns.clone().map(move |column| (column, row)));
+        let on_mosaic = samples.flat_map(|(column, row)| self.grid.on_mosaic(column, row));
+        let around = on_mosaic.flat_map(|place| {
+            let first = place.floor();
+            [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE].map(|step| first + step)
+        });
+        let in_window = around.filter_map(|sample| {
+            let at = sample + DVec2::new(self.before[0] as f64, self.before[1] as f64);
+            let is_inside = |range: &Range<usize>, at: f64| at >= range.start as f64 && at < range.end as f64;
+            (is_inside(&self.columns, at.x) && is_inside(&self.rows, at.y)).then_some([at.x as usize, at.y as usize])
+        });
+        in_window.collect()
     }
 }
 

@@ -152,3 +152,47 @@ fn an_underlay_that_goes_on_beyond_the_rectangle_ends_with_it() {
         assert!(is_inside(0) && is_inside(1), "{id:?} at {first:?} of {size:?}");
     }
 }
+
+/// Blocks no wider than a file's cells, wherever they are on it and however rough it is.
+#[test]
+fn a_bound_holds_all_of_the_ground_between_samples_as_rough_as_they_may_be() {
+    const STEP: usize = 16;
+    let mut random = fastrand::Rng::with_seed(5);
+    let mut closest: f64 = f64::INFINITY;
+    for _ in 0..20_000 {
+        let heights = (0..16).map(|_| random.i32(-1000..1000) as f32).collect();
+        let first = DVec2::new(random.f64(), random.f64());
+        let across = DVec2::new(0.3 + 0.7 * random.f64(), random.f64() - 0.5);
+        let down = DVec2::new(-across.y, across.x);
+        let first = first + DVec2::new(0.5, 0.0);
+        let nodes = vec![first, first + across, first + down, first + across + down];
+        let blocks = FollowingBlocks {
+            window: OwnWindow {
+                columns: 0..4,
+                rows: 0..4,
+                heights,
+            },
+            places: Places {
+                nodes,
+                across: 2,
+                apart: STEP,
+            },
+            step: STEP,
+            bent: DVec2::ZERO,
+            rounding: 1e-3,
+        };
+        let [a, b, c, d] = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| f64::from(blocks.corner(x, y)));
+        let [least, greatest] = blocks.residual(0, 0).map(f64::from);
+        for (column, row) in (0..STEP).flat_map(|row| (0..STEP).map(move |column| (column, row))) {
+            let [s, t] = [column, row].map(|step| step as f64 / STEP as f64);
+            let patch = (a * (1.0 - s) + b * s) * (1.0 - t) + (c * (1.0 - s) + d * s) * t;
+            let above = blocks.window.height(blocks.places.at(column, row)) - patch;
+            assert!(
+                least <= above && above <= greatest,
+                "{above} beyond {least} … {greatest}"
+            );
+            closest = closest.min((greatest - above).min(above - least));
+        }
+    }
+    assert!(closest < 5.0, "the nearest comes as near as {closest}");
+}

@@ -45,7 +45,7 @@ pub use drivers::is_raster;
 pub use error::ReadError;
 pub use options::{RasterLimits, ReadOptions};
 pub use own_grid::OwnGrid;
-pub(crate) use own_grid::{NODES, Places};
+pub(crate) use own_grid::{NODES, Places, between};
 pub use record::{RasterRecord, RecordedRaster};
 pub use units::metres_in;
 pub use vectors::{Rings, polygons_on_earth};

@@ -228,6 +228,26 @@ pub trait Samples: Sync {
 
     /// Whether some sample in these columns and rows may have a height, as far as that is known without reading them.
     fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool;
+
+    /// Heights in these columns and rows where all of them follow from samples that are much farther apart; else none.
+    ///
+    /// # Errors
+    /// When those cannot be read.
+    fn coarse(&self, _columns: Range<usize>, _rows: Range<usize>) -> Result<Option<Box<dyn CoarseWindow + '_>>> {
+        Ok(None)
+    }
+}
+
+/// A rectangle of samples that follow from others, which are much farther apart: bilinear between these, and none is void.
+pub trait CoarseWindow {
+    /// Height of a sample, metres.
+    fn height(&self, column: usize, row: usize) -> f32;
+
+    /// Metres that samples side by side in a row or a column differ, at most.
+    fn steepest(&self) -> f32;
+
+    /// Columns and rows of the samples around each of those that all others follow from, in no order.
+    fn around_own(&self) -> Vec<[usize; 2]>;
 }
 
 impl Raster for HeightGrid {

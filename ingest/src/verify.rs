@@ -25,6 +25,7 @@ mod deviation;
 mod drawing;
 mod drawn;
 mod extent;
+mod farthest;
 mod filled;
 mod levels;
 mod mesh_file;
@@ -79,7 +80,7 @@ pub fn archive(path: &Path, source: Source, memory: u64, progress: &Progress) ->
 
 /// Posts along a side of a block, so that a block for each thread fits into `memory` bytes.
 fn block_side(memory: u64) -> usize {
-    /// Heights, verticals, coverage, and outlines of blocks that are nothing but outline.
+    /// Heights, verticals, places, coverage, and outlines of blocks that are nothing but outline.
     const BYTES_PER_POST: u64 = 128;
     let posts = memory / BYTES_PER_POST / rayon::current_num_threads() as u64;
     (posts.isqrt() as usize).clamp(64, 512)
@@ -87,8 +88,7 @@ fn block_side(memory: u64) -> usize {
 
 fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progress) -> Result<ArchiveReport> {
     let exist: BTreeSet<TileAddress> = tiles.addresses().into_iter().collect();
-    let mut blocks = source.whole().split(block_side);
-    blocks.retain(|block| source.may_hold(block));
+    let blocks = source.blocks(&source.whole(), block_side, |block| source.may_hold(block))?;
     let outline = SourceOutline::new(source, block_side)?;
     let metadata = tiles.metadata();
     let measure = Measure {

@@ -126,14 +126,25 @@ impl OwnGrid {
     pub(crate) fn places(&self, first: [i64; 2], apart: usize, [columns, rows]: [usize; 2]) -> Places {
         let place = |index: usize| {
             let [column, row] = [index % columns, index / columns].map(|node| (node * apart) as i64);
-            let sample = DVec2::new((first[0] + column) as f64, (first[1] + row) as f64);
-            self.between.place(&self.georeference, sample)
+            self.place([first[0] + column, first[1] + row])
         };
         Places {
             nodes: (0..columns * rows).map(place).collect(),
             across: columns,
             apart,
         }
+    }
+
+    /// Column and row of the file at a sample of the mosaic.
+    pub(crate) fn place(&self, [column, row]: [i64; 2]) -> DVec2 {
+        self.between
+            .place(&self.georeference, DVec2::new(column as f64, row as f64))
+    }
+
+    /// Columns and rows of the mosaic at a sample of the file, once around the Earth to the west and to the east, too.
+    pub(crate) fn on_mosaic(&self, column: usize, row: usize) -> [DVec2; 3] {
+        let place = self.own().geographic(DVec2::new(column as f64, row as f64));
+        [-360.0, 0.0, 360.0].map(|turn| self.georeference.grid(place + DVec2::new(turn, 0.0)))
     }
 
     /// Columns and rows of the file around all heights in `count` × `count` steps of [`NODES`] samples from `first` on; none where some
@@ -193,14 +204,8 @@ impl Places {
     /// Of a sample, so many columns and rows after the first.
     pub(crate) fn at(&self, column: usize, row: usize) -> DVec2 {
         let first = row / self.apart * self.across + column / self.apart;
-        let share = |samples: usize| (samples % self.apart) as f64 / self.apart as f64;
-        let (across, down) = (share(column), share(row));
-        if across == 0.0 && down == 0.0 {
-            return self.nodes[first];
-        }
-        let above = self.nodes[first].lerp(self.nodes[first + 1], across);
-        let below = self.nodes[first + self.across].lerp(self.nodes[first + self.across + 1], across);
-        above.lerp(below, down)
+        let node = |right: usize, below: usize| self.nodes[first + below * self.across + right];
+        between(node, [column, row], self.apart)
     }
 
     /// Cells of the file by which nodes bend from one to the next but one, at most, across and down.
@@ -219,6 +224,19 @@ impl Places {
             .map(|((&a, &b), &c)| second([a, b, c]));
         across.chain(down).fold(DVec2::ZERO, DVec2::max)
     }
+}
+
+/// The place of a sample between four nodes, `apart` samples from each other: `node` gives the one that is so many to the right and
+/// below. Only the first is asked for where the sample is at it.
+pub(crate) fn between(node: impl Fn(usize, usize) -> DVec2, [column, row]: [usize; 2], apart: usize) -> DVec2 {
+    let share = |samples: usize| (samples % apart) as f64 / apart as f64;
+    let (across, down) = (share(column), share(row));
+    if across == 0.0 && down == 0.0 {
+        return node(0, 0);
+    }
+    let above = node(0, 0).lerp(node(1, 0), across);
+    let below = node(0, 1).lerp(node(1, 1), across);
+    above.lerp(below, down)
 }
 
 /// The least and the greatest of some places, in both directions.

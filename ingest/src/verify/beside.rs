@@ -67,14 +67,16 @@ impl<'a> Beside<'a> {
             .entry(address)
             .or_insert_with(|| draw(source, tiles, exist, address));
         let Some(drawn) = drawn else { return Ok(false) };
-        let slack = outline_slack(&source, DVec2::new(post.0 as f64, post.1 as f64));
+        let place = DVec2::new(post.0 as f64, post.1 as f64);
+        let (slack, on_ellipsoid) = (outline_slack(&source, place), source.on_ellipsoid(place));
         let asked = drawn
             .levels
             .iter()
             .filter(|level| level.has_fine_sides == has_fine_sides);
         for level in asked {
             let claim = drawn.outline_claims[level.claims] + slack;
-            if !drawn.covers(level, post)? && level.outline.distance(&drawn.earth, &level.surface, post) > claim {
+            let distance = || level.outline.distance(&drawn.earth, &level.surface, on_ellipsoid);
+            if !drawn.covers(level, post)? && distance() > claim {
                 return Ok(false);
             }
         }
@@ -89,7 +91,7 @@ impl Drawn<'_> {
             rows: row..row + 1,
         };
         let patch = self.earth.source.patch(&block)?;
-        let verticals = self.earth.verticals(&block);
+        let verticals = self.earth.verticals(&[(column, row)]);
         let mut is_covered = false;
         visit_posts(&self.earth, &patch, &verticals, &level.surface, |_, _, _| {
             is_covered = true

@@ -6,10 +6,13 @@
 //! between two grid lines, where the difference is a parabola.
 //!
 //! ```text
-//! for each edge: cut it into chunks of a few cells, a parabola through three feet being the path of a chunk
+//! for each edge: halve it until a part is nowhere worse than the worst so far, or a chunk of a few cells;
+//!     a parabola through three feet is the path of a chunk
 //!     for each grid line the path crosses: find where, and correct it once against the true foot
 //!     for each piece between two such places: difference at both ends and the middle; at the top of their parabola
 //! ```
+
+use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use terrain_tiles::ellipsoid::{above, normal};
@@ -49,27 +52,27 @@ impl Worst {
     }
 }
 
-/// Calls `visit` for every post of a block and every triangle over it with the deviation there: height of the mesh
-/// minus height of the post, along the vertical; `NaN` at voids. `verticals` are those of the block.
+/// Calls `visit` for every post of a patch that is looked at, its place among these, and every triangle over it with the deviation
+/// there: height of the mesh minus height of the post, along the vertical; `NaN` at voids. `verticals` are those of these posts.
 pub(super) fn visit_posts(
     space: &impl Space,
     patch: &Patch,
     verticals: &[DVec3],
     surface: &Surface,
-    mut visit: impl FnMut(usize, usize, f64),
+    mut visit: impl FnMut((usize, usize), usize, f64),
 ) {
     let block = &patch.block;
     for (triangle, footprint) in surface.over(block) {
         let facet = Facet::new(surface.corners(triangle));
         for row in footprint.rows(&block.rows) {
-            for column in footprint.columns(row, &block.columns) {
-                let (height, up) = (patch.height(column, row), verticals[block.index(column, row)]);
+            for (column, index) in patch.posts_of(row, footprint.columns(row, &block.columns)) {
+                let (height, up) = (patch.height(column, row), verticals[index]);
                 let known = if height.is_finite() { height } else { 0.0 };
                 let position = space.position(column, row, up, known);
                 let seen_from = space.beside_a_pole(column, row, up, known).unwrap_or((position, up));
                 if let Some(meeting) = facet.meeting(seen_from, space.is_round()) {
                     let above = facet.height_above(position, up, &meeting);
-                    visit(column, row, if height.is_finite() { above } else { f64::NAN });
+                    visit((column, row), index, if height.is_finite() { above } else { f64::NAN });
                 }
             }
         }
@@ -118,7 +121,7 @@ impl Facet {
         let area = self.normal.dot(up);
         let sign = if area < 0.0 { -1.0 } else { 1.0 };
         let corners = self.corners.map(|corner| corner - position);
-        let mut meeting = Meeting::Inside;
+        let (mut is_beside, mut on) = (false, None);
         let mut widest: f64 = 0.0;
         for edge in [[0, 1], [1, 2], [2, 0]] {
             let [from, to] = edge.map(|corner| corners[corner]);
@@ -130,31 +133,48 @@ impl Facet {
                 return None;
             }
             if side < 0.0 {
-                meeting = Meeting::On(edge);
+                is_beside = true;
+                let is_near = flat(self.to_edge(edge, position, up), up).length() <= 2.0 * ON_THE_EDGE;
+                on = on.or(is_near.then_some(edge));
             }
         }
         let is_seen = area > widest || !from_above && area < -widest;
-        is_seen.then_some(meeting)
+        if !is_seen {
+            None
+        } else if is_beside {
+            // Beyond the tip of a thin triangle places are near to the lines along its sides, but on none of them.
+            on.map(Meeting::On)
+        } else {
+            Some(Meeting::Inside)
+        }
     }
 
     /// How far along `up` from `position` the triangle is. On an edge the edge says so: a plane may be too steep for that.
     fn height_above(&self, position: DVec3, up: DVec3, meeting: &Meeting) -> f64 {
         match *meeting {
             Meeting::Inside => self.normal.dot(self.corners[0] - position) / self.normal.dot(up),
-            Meeting::On(edge) => {
-                let [from, to] = edge.map(|corner| self.corners[corner] - position);
-                let flat = |vector: DVec3| vector - up * vector.dot(up);
-                let along = flat(to - from);
-                let part = -flat(from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
-                up.dot(from + (to - from) * part.clamp(0.0, 1.0))
-            }
+            Meeting::On(edge) => up.dot(self.to_edge(edge, position, up)),
         }
+    }
+
+    /// From a place to the nearest one of an edge, as seen from above.
+    fn to_edge(&self, edge: [usize; 2], position: DVec3, up: DVec3) -> DVec3 {
+        let [from, to] = edge.map(|corner| self.corners[corner] - position);
+        let along = flat(to - from, up);
+        let part = -flat(from, up).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+        from + (to - from) * part.clamp(0.0, 1.0)
     }
 }
 
-/// The worst deviation along the edges of the mesh, its vertices among them, in the cells of a block.
-pub(super) fn along_edges(space: &impl Space, patch: &Patch, surface: &Surface) -> Worst {
-    let mut worst = Worst::default();
+/// What is level of a vector.
+fn flat(vector: DVec3, up: DVec3) -> DVec3 {
+    vector - up * vector.dot(up)
+}
+
+/// The worst deviation along the edges of the mesh, its vertices among them, in the cells of a block, and of `so_far`: what is surely
+/// no worse is passed over.
+pub(super) fn along_edges(space: &impl Space, patch: &Patch, surface: &Surface, so_far: Worst) -> Worst {
+    let mut worst = so_far;
     for foot in &surface.feet {
         patch
             .cells_at(foot.grid)
@@ -199,37 +219,50 @@ impl<'a, S: Space> Edge<'a, S> {
     }
 
     fn measure(&self, patch: &Patch, worst: &mut Worst) {
-        let mut start = None;
-        for chunk in 0..self.chunks {
-            if !self.is_near(&patch.block, chunk) {
-                start = None;
-                continue;
-            }
-            let from = start.unwrap_or_else(|| self.foot_of_chunk(chunk));
-            let end = self.foot_of_chunk(chunk + 1);
-            let at = |chunk: usize| chunk as f64 / self.chunks as f64;
-            self.measure_stretch(patch, [at(chunk), at(chunk + 1)], [from, end], HALVINGS, worst);
-            start = Some(end);
-        }
+        self.measure_chunks(patch, 0..self.chunks, self.feet, worst);
     }
 
-    /// Whether a chunk may come into the cells of a block.
-    fn is_near(&self, block: &Block, chunk: usize) -> bool {
-        let at = |chunk: usize| {
-            self.feet[0]
-                .grid
-                .lerp(self.feet[1].grid, chunk as f64 / self.chunks as f64)
+    fn measure_chunks(&self, patch: &Patch, chunks: Range<usize>, ends: [Foot; 2], worst: &mut Worst) {
+        if !self.is_near(&patch.block, &chunks) || self.is_no_worse(patch, &chunks, ends, worst) {
+            return;
+        }
+        if chunks.len() == 1 {
+            let parameters = [chunks.start, chunks.end].map(|chunk| self.parameter(chunk));
+            self.measure_stretch(patch, parameters, ends, HALVINGS, worst);
+            return;
+        }
+        let middle = usize::midpoint(chunks.start, chunks.end);
+        let foot = self.foot(self.parameter(middle));
+        self.measure_chunks(patch, chunks.start..middle, [ends[0], foot], worst);
+        self.measure_chunks(patch, middle..chunks.end, [foot, ends[1]], worst);
+    }
+
+    /// Whether the deviation on some chunks is surely no worse than the worst so far. It changes from the ends to the middle by no more
+    /// than the edge's height and the ground, which is nowhere steeper than known.
+    fn is_no_worse(&self, patch: &Patch, chunks: &Range<usize>, ends: [Foot; 2], worst: &Worst) -> bool {
+        let at_end = |foot: Foot| patch.cells_at(foot.grid).next().map(|cell| difference(&cell, foot));
+        let (Some(steepest), Some(from), Some(to)) = (patch.steepest, at_end(ends[0]), at_end(ends[1])) else {
+            return false;
         };
-        let (a, b) = (at(chunk), at(chunk + 1));
+        let part = chunks.len() as f64 / self.chunks as f64;
+        // A path strays with the square of its length, and from a line along one axis there and back.
+        let stray = 2.0 * self.margin * (2.0 * part).powi(2).min(1.0);
+        let cells = (ends[1].grid - ends[0].grid).abs().element_sum() + 2.0 * stray;
+        let rise = (ends[1].height - ends[0].height).abs();
+        let sag = self.space.sag(self.along.length() * part);
+        (from + to).abs() / 2.0 + (rise + steepest * cells) / 2.0 + sag <= worst.figure
+    }
+
+    /// Whether some chunks may come into the cells of a block.
+    fn is_near(&self, block: &Block, chunks: &Range<usize>) -> bool {
+        let at = |chunk: usize| self.feet[0].grid.lerp(self.feet[1].grid, self.parameter(chunk));
+        let (a, b) = (at(chunks.start), at(chunks.end));
         block.is_near(a.min(b) - self.margin, a.max(b) + self.margin)
     }
 
-    fn foot_of_chunk(&self, start: usize) -> Foot {
-        match start {
-            0 => self.feet[0],
-            start if start == self.chunks => self.feet[1],
-            start => self.foot(start as f64 / self.chunks as f64),
-        }
+    /// Where a chunk begins.
+    fn parameter(&self, chunk: usize) -> f64 {
+        chunk as f64 / self.chunks as f64
     }
 
     fn foot(&self, parameter: f64) -> Foot {

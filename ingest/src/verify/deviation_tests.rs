@@ -21,7 +21,7 @@ fn grid(columns: usize, rows: usize, first: DVec2, step: DVec2, height: impl Fn(
 }
 
 /// The whole raster in blocks of `side` posts.
-fn patches(grid: &HeightGrid, side: usize) -> Vec<Patch> {
+fn patches(grid: &HeightGrid, side: usize) -> Vec<Patch<'_>> {
     let source = Source::from(grid);
     let blocks = source.whole().split(side);
     blocks.iter().map(|block| source.patch(block).unwrap()).collect()
@@ -33,9 +33,9 @@ fn visit(space: &impl Space, grid: &HeightGrid, surface: &Surface, mut visit: im
         visit_posts(
             space,
             &patch,
-            &space.verticals(&patch.block),
+            &space.verticals(&patch.posts()),
             surface,
-            |column, row, deviation| {
+            |(column, row), _, deviation| {
                 assert_eq!(patch.post(column, row), Post::Surface);
                 visit(column, row, deviation);
             },
@@ -58,7 +58,9 @@ fn along(space: &impl Space, grid: &HeightGrid, surface: &Surface) -> Worst {
 
 fn along_in_blocks(space: &impl Space, grid: &HeightGrid, surface: &Surface, side: usize) -> Worst {
     let patches = patches(grid, side);
-    let worst = patches.iter().map(|patch| along_edges(space, patch, surface));
+    let worst = patches
+        .iter()
+        .map(|patch| along_edges(space, patch, surface, Worst::default()));
     worst.fold(Worst::default(), Worst::max)
 }
 
@@ -284,4 +286,22 @@ fn figures_are_the_same_whatever_the_blocks() {
             );
         }
     }
+}
+
+#[test]
+fn posts_beyond_the_tip_of_a_thin_triangle_are_not_under_it() {
+    let height = |column: usize, _| if column > 5 { 100.0 } else { 0.0 };
+    let grid = grid(9, 3, DVec2::ZERO, DVec2::new(1.0, -1.0), height);
+    let corners = [
+        DVec3::new(0.0, 1.0, 0.0),
+        DVec3::new(5.0, 1.0, 0.0),
+        DVec3::new(2.5, 1.0 + 3e-6, 0.0),
+    ];
+    let feet = corners.map(|corner| Foot {
+        grid: corner.truncate(),
+        height: corner.z,
+    });
+    let surface = Surface::new(&Raster, corners.to_vec(), feet.to_vec(), vec![[0, 1, 2]]);
+    let (worst, visits) = at_posts(&Raster, &grid, &surface);
+    assert_eq!((worst.figure, visits), (0.0, 6));
 }

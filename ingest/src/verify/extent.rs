@@ -92,7 +92,10 @@ pub(super) fn check_bounds(metadata: &Metadata, source: &Source, blocks: &[Block
     let heights = lowest - deepest.finest_error..=highest + deepest.finest_error;
     let outside = |block: &Block| {
         let patch = source.patch(block)?;
-        let mut surface = block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface);
+        let mut surface = patch
+            .posts()
+            .into_iter()
+            .filter(|&(x, y)| patch.post(x, y) == Post::Surface);
         Ok(surface.find_map(|(column, row)| {
             let place = source.geographic(column, row);
             if source.is_twice(place) {
@@ -144,7 +147,11 @@ pub(super) fn check_presence(
 fn missing_in(source: &Source, block: &Block, mut beside: Beside, reach: &[f64]) -> Result<Missing> {
     let patch = source.patch(block)?;
     let mut missing = Missing::new();
-    for post in block.posts().filter(|&(x, y)| patch.post(x, y) == Post::Surface) {
+    for post in patch
+        .posts()
+        .into_iter()
+        .filter(|&(x, y)| patch.post(x, y) == Post::Surface)
+    {
         let place = source.geographic(post.0, post.1);
         if source.is_twice(place) {
             continue;

@@ -7,7 +7,6 @@
 //! the worst of all blocks against the claims
 //! ```
 
-use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
 use anyhow::Result;
@@ -23,6 +22,7 @@ use super::breaklines::{Chains, Lines, Piece};
 use super::deviation::{Worst, along_edges, is_covered, visit_posts};
 use super::drawing::{Drawing, interior_levels, no_surface, unsound};
 use super::drawn::{Level, drawings, earth, levels};
+use super::farthest::{Far, Place, farthest};
 use super::outline::plan_edges;
 use super::report::{ROUNDING, Violation};
 use super::sides::side_edges;
@@ -201,8 +201,10 @@ impl TileCheck<'_> {
     /// The worst of each level.
     fn figures(&self, levels: &[Level], spread: bool) -> Result<Vec<Figures>> {
         let region = self.region(levels);
-        let mut blocks = region.split(self.measure.block_side);
-        blocks.retain(|block| self.measure.source.may_hold(block) || is_under(levels, block));
+        let Measure { source, block_side, .. } = self.measure;
+        let blocks = source.blocks(&region, *block_side, |block| {
+            source.may_hold(block) || is_under(levels, block)
+        })?;
         let of_block = |block: &Block| self.block(block, &region, levels);
         let nothing = || vec![Figures::default(); levels.len()];
         let worse = |a: Vec<Figures>, b: Vec<Figures>| Ok(a.into_iter().zip(b).map(|(a, b)| a.max(b)).collect());
@@ -219,38 +221,37 @@ impl TileCheck<'_> {
     fn block(&self, block: &Block, region: &Block, levels: &[Level]) -> Result<Vec<Figures>> {
         let source = &self.measure.source;
         let patch = source.patch(block)?;
-        let verticals = self.earth.verticals(block);
-        let is_ours = |post: (usize, usize)| {
-            patch.post(post.0, post.1) == Post::Surface && self.square.has_post(source, &patch, post)
+        let posts = patch.posts();
+        let verticals = self.earth.verticals(&posts);
+        let is_ours = |post: &(usize, usize)| {
+            patch.post(post.0, post.1) == Post::Surface && self.square.has_post(source, &patch, *post)
         };
-        let ours: Vec<bool> = block.posts().map(is_ours).collect();
+        let ours: Vec<bool> = posts.iter().map(is_ours).collect();
         let mut near = self.measure.outline.near();
         let mut beside = Beside::new(*source, self.measure.tiles, self.measure.exist);
-        let on_ellipsoid = LazyCell::new(|| {
-            let place = |(column, row): (usize, usize)| source.on_ellipsoid(DVec2::new(column as f64, row as f64));
-            block.posts().map(place).collect::<Vec<DVec3>>()
-        });
+        let place = |grid: DVec2| Place {
+            grid,
+            on_ellipsoid: source.on_ellipsoid(grid),
+        };
         let of_level = |level: &Level| {
             let Level { surface, outline, .. } = level;
             let covered = self.cover(&patch, &verticals, surface);
-            let left_out = block
-                .posts()
-                .filter(|&(column, row)| ours[block.index(column, row)] && !covered.posts[block.index(column, row)]);
-            let left_out: Vec<_> = left_out.collect();
-            let along = if self.measure.between_samples {
-                along_edges(&self.earth, &patch, surface)
-            } else {
-                Worst::default()
+            let left_out = (0..posts.len()).filter(|&index| ours[index] && !covered.posts[index]);
+            let left_out = left_out.map(|index| place(DVec2::new(posts[index].0 as f64, posts[index].1 as f64)));
+            let mut mesh = FarFromMesh {
+                check: self,
+                level,
+                beside: &mut beside,
             };
+            let beyond = covered.voids.iter().copied().chain(outline.beyond(&patch, region));
             Ok(Figures {
-                vertical: covered.worst.max(along),
-                left_out: if left_out.is_empty() {
-                    Worst::default()
+                vertical: if self.measure.between_samples {
+                    along_edges(&self.earth, &patch, surface, covered.worst)
                 } else {
-                    let place = |post: (usize, usize)| on_ellipsoid[block.index(post.0, post.1)];
-                    self.left_out(level, left_out, place, &mut beside)?
+                    covered.worst
                 },
-                excess: outline.excess(source, &patch, region, &covered.voids, &mut near)?,
+                left_out: farthest(left_out.collect(), &mut mesh)?,
+                excess: farthest(beyond.map(place).collect(), &mut near)?,
                 lines: Worst::default(),
             })
         };
@@ -287,67 +288,6 @@ impl TileCheck<'_> {
         Ok(())
     }
 
-    /// Plan distance of the farthest of `posts`, which no triangle covers, from the mesh; but those that a tile around this one
-    /// is as near to as it claims.
-    ///
-    /// No post is farther than one in the middle by more than it is from that: many are told from a few.
-    fn left_out(
-        &self,
-        level: &Level,
-        posts: Vec<(usize, usize)>,
-        on_ellipsoid: impl Fn((usize, usize)) -> DVec3,
-        beside: &mut Beside,
-    ) -> Result<Worst> {
-        /// So many are looked at one by one, and no bound is asked of more than these.
-        const FEW: usize = 8;
-        const MANY: usize = 4096;
-        let distance = |post| level.outline.distance(&self.earth, &level.surface, post);
-        let mut worst = Worst::default();
-        let mut waiting = vec![posts];
-        while let Some(posts) = waiting.pop() {
-            if posts.len() <= FEW {
-                self.farthest(level, &posts, distance, beside, &mut worst)?;
-                continue;
-            }
-            let middle = posts[posts.len() / 2];
-            let at = on_ellipsoid(middle);
-            let reach = || {
-                posts
-                    .iter()
-                    .map(|&post| on_ellipsoid(post).distance(at))
-                    .fold(0.0, f64::max)
-            };
-            if posts.len() > MANY || distance(middle) + reach() > worst.figure {
-                waiting.extend(halves(posts));
-            }
-        }
-        Ok(worst)
-    }
-
-    fn farthest(
-        &self,
-        level: &Level,
-        posts: &[(usize, usize)],
-        distance: impl Fn((usize, usize)) -> f64,
-        beside: &mut Beside,
-        worst: &mut Worst,
-    ) -> Result<()> {
-        let claim = self.tile.outline_errors[level.claims];
-        for &post in posts {
-            let place = DVec2::new(post.0 as f64, post.1 as f64);
-            let distance = distance(post);
-            let is_beyond = distance > claim + outline_slack(&self.measure.source, place);
-            let mut kept = false;
-            for &other in self.around.iter().filter(|_| is_beyond) {
-                kept = kept || beside.keeps(other, post, level.has_fine_sides)?;
-            }
-            if !kept {
-                worst.meet(distance, place);
-            }
-        }
-        Ok(())
-    }
-
     /// Which posts the triangles cover, and the worst deviation at them.
     fn cover(&self, patch: &Patch, verticals: &[DVec3], surface: &Surface) -> Covered {
         let mut covered = Covered {
@@ -356,17 +296,23 @@ impl TileCheck<'_> {
             worst: Worst::default(),
         };
         let source = &self.measure.source;
-        visit_posts(&self.earth, patch, verticals, surface, |column, row, deviation| {
-            if source.is_twice(source.geographic(column, row)) {
-                return;
-            }
-            match patch.post(column, row) {
-                Post::Surface => covered.worst.meet(deviation, DVec2::new(column as f64, row as f64)),
-                Post::Lone => {}
-                Post::Void => covered.voids.push(DVec2::new(column as f64, row as f64)),
-            }
-            covered.posts[patch.block.index(column, row)] = true;
-        });
+        visit_posts(
+            &self.earth,
+            patch,
+            verticals,
+            surface,
+            |(column, row), index, deviation| {
+                if source.is_twice(source.geographic(column, row)) {
+                    return;
+                }
+                match patch.post(column, row) {
+                    Post::Surface => covered.worst.meet(deviation, DVec2::new(column as f64, row as f64)),
+                    Post::Lone => {}
+                    Post::Void => covered.voids.push(DVec2::new(column as f64, row as f64)),
+                }
+                covered.posts[index] = true;
+            },
+        );
         covered
             .voids
             .extend(self.covered_middles(patch, surface, &covered.voids));
@@ -442,6 +388,37 @@ impl TileCheck<'_> {
     }
 }
 
+/// The mesh of a level, which left out some posts. Those count that no tile around it is as near to as it claims.
+struct FarFromMesh<'a, 'b> {
+    check: &'a TileCheck<'a>,
+    level: &'a Level,
+    beside: &'a mut Beside<'b>,
+}
+
+impl Far for FarFromMesh<'_, '_> {
+    fn distance(&mut self, on_ellipsoid: DVec3) -> Result<f64> {
+        let Level { outline, surface, .. } = self.level;
+        Ok(outline.distance(&self.check.earth, surface, on_ellipsoid))
+    }
+
+    fn add(&mut self, places: &[Place], worst: &mut Worst) -> Result<()> {
+        let claim = self.check.tile.outline_errors[self.level.claims];
+        for place in places {
+            let distance = self.distance(place.on_ellipsoid)?;
+            let is_beyond = distance > claim + outline_slack(&self.check.measure.source, place.grid);
+            let post = (place.grid.x as usize, place.grid.y as usize);
+            let mut kept = false;
+            for &other in self.check.around.iter().filter(|_| is_beyond) {
+                kept = kept || self.beside.keeps(other, post, self.level.has_fine_sides)?;
+            }
+            if !kept {
+                worst.meet(distance, place.grid);
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Whether some triangle may lie over a block.
 fn is_under(levels: &[Level], block: &Block) -> bool {
     levels.iter().any(|level| level.surface.over(block).next().is_some())
@@ -449,24 +426,9 @@ fn is_under(levels: &[Level], block: &Block) -> bool {
 
 /// What a level's triangles cover of a block.
 struct Covered {
-    /// Of each post of the block, whether.
+    /// Of each post that is looked at, whether.
     posts: Vec<bool>,
     /// Places without a height.
     voids: Vec<DVec2>,
     worst: Worst,
-}
-/// Posts on both sides of a line across the longer way through them.
-fn halves(mut posts: Vec<(usize, usize)>) -> [Vec<(usize, usize)>; 2] {
-    let range = |of: fn(&(usize, usize)) -> usize| {
-        let (first, last) = posts.iter().map(of).fold((usize::MAX, 0), |(first, last), index| {
-            (first.min(index), last.max(index))
-        });
-        last.saturating_sub(first)
-    };
-    let is_wide = range(|post| post.0) > range(|post| post.1);
-    let key = |post: &(usize, usize)| if is_wide { post.0 } else { post.1 };
-    let middle = posts.len() / 2;
-    posts.select_nth_unstable_by_key(middle, key);
-    let other = posts.split_off(middle);
-    [posts, other]
 }

@@ -3,18 +3,16 @@
 
 use std::sync::OnceLock;
 
-use anyhow::Result;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rstar::RTree;
 use rstar::primitives::Line;
 use terrain_tiles::tile::Tile;
 
 use super::breaklines::PlanEdge;
-use super::deviation::Worst;
 use super::drawing::{Drawing, boundary_edges};
 use super::sides::side_of;
 use super::source::{Block, Patch, Source};
-use super::source_outline::{NearOutline, distance};
+use super::source_outline::distance;
 use super::space::{Earth, Space};
 use super::surface::Surface;
 
@@ -52,33 +50,20 @@ impl Outline {
         }
     }
 
-    /// Plan distance of a post that no triangle covers from the mesh.
-    pub(super) fn distance(&self, earth: &Earth, surface: &Surface, (column, row): (usize, usize)) -> f64 {
+    /// Plan distance of a point of the ellipsoid, that no triangle covers, from the mesh.
+    pub(super) fn distance(&self, earth: &Earth, surface: &Surface, on_ellipsoid: DVec3) -> f64 {
         let pieces = self.pieces.get_or_init(|| self.on_ellipsoid(earth, surface));
-        let post = DVec2::new(column as f64, row as f64);
-        distance(pieces, earth.source.on_ellipsoid(post))
+        distance(pieces, on_ellipsoid)
     }
 
-    /// Plan distance from the source's outline of the outline's vertices, and of its points and of `covered_voids`
-    /// where the source has nothing; those in one block of `whole`.
-    pub(super) fn excess(
-        &self,
-        source: &Source,
-        patch: &Patch,
-        whole: &Block,
-        covered_voids: &[DVec2],
-        near: &mut NearOutline,
-    ) -> Result<Worst> {
-        let mut worst = Worst::default();
+    /// The outline's vertices, and its points where the source has nothing, that are in one block of `whole`.
+    pub(super) fn beyond(&self, patch: &Patch, whole: &Block) -> impl Iterator<Item = DVec2> {
         let here = self
             .places
             .iter()
             .filter(|(grid, _)| patch.block.contains(whole.nearest(*grid)));
         let outside = here.filter(|(grid, if_uncovered)| !(*if_uncovered && patch.covers(*grid)));
-        for grid in covered_voids.iter().chain(outside.map(|(grid, _)| grid)).copied() {
-            worst.meet(near.distance(source.on_ellipsoid(grid))?, grid);
-        }
-        Ok(worst)
+        outside.map(|&(grid, _)| grid)
     }
 
     fn on_ellipsoid(&self, earth: &Earth, surface: &Surface) -> RTree<Line<[f64; 3]>> {

@@ -101,7 +101,8 @@ fn measure(
     report: &mut MeshReport,
 ) -> Result<Vec<Violation>> {
     let surface = in_grid(mesh, source);
-    let blocks = source.whole().split(block_side);
+    let is_wanted = |block: &Block| source.may_hold(block) || surface.over(block).next().is_some();
+    let blocks = source.blocks(&source.whole(), block_side, is_wanted)?;
     let found = blocks.par_iter().map(|block| in_block(source, &surface, block));
     let found = found.try_reduce(Found::default, |a, b| Ok(a.add(b)))?;
     let anywhere = found.at_samples.max(found.along_edges);
@@ -160,34 +161,35 @@ fn farthest_line(source: &Source, surface: &Surface) -> Result<Worst> {
 
 fn in_block(source: &Source, surface: &Surface, block: &Block) -> Result<Found> {
     let patch = source.patch(block)?;
-    let mut covered = vec![false; block.columns.len() * block.rows.len()];
+    let posts = patch.posts();
+    let mut covered = vec![false; posts.len()];
     let mut at_samples = Worst::default();
     visit_posts(
         &Raster,
         &patch,
-        &Raster.verticals(block),
+        &Raster.verticals(&posts),
         surface,
-        |column, row, deviation| {
-            covered[block.index(column, row)] = true;
+        |(column, row), index, deviation| {
+            covered[index] = true;
             if patch.post(column, row) == Post::Surface {
                 at_samples.meet(deviation, DVec2::new(column as f64, row as f64));
             }
         },
     );
     let wrong = |what: Post, should_be: bool| {
-        let is_wrong = |&(column, row): &(usize, usize)| {
-            patch.post(column, row) == what && covered[block.index(column, row)] != should_be
+        let is_wrong = |&(&(column, row), covered): &(&(usize, usize), &bool)| {
+            patch.post(column, row) == what && *covered != should_be
         };
-        let mut posts = block.posts().filter(is_wrong);
-        let first = posts.next();
+        let mut wrong = posts.iter().zip(&covered).filter(is_wrong);
+        let first = wrong.next().map(|(&post, _)| post);
         Posts {
-            count: posts.count() + usize::from(first.is_some()),
+            count: wrong.count() + usize::from(first.is_some()),
             first,
         }
     };
     Ok(Found {
         at_samples,
-        along_edges: along_edges(&Raster, &patch, surface),
+        along_edges: along_edges(&Raster, &patch, surface, Worst::default()),
         left_out: wrong(Post::Surface, true),
         invented: wrong(Post::Void, false),
     })

@@ -9,7 +9,10 @@ use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS, to_earth_centred};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;
-use crate::samples::{Samples, Window};
+use crate::samples::{CoarseWindow, Samples, Window};
+
+/// Posts along the sides of a block that are as quickly looked at one by one.
+const FEW: usize = 128;
 
 /// A raster: its samples, wherever they are kept, and where on the Earth they are.
 #[derive(Clone, Copy)]
@@ -32,7 +35,7 @@ impl<'a> From<&'a HeightGrid> for Source<'a> {
     }
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
     /// Columns and rows.
     pub(super) fn size(&self) -> [usize; 2] {
         self.samples.size()
@@ -54,13 +57,79 @@ impl Source<'_> {
     }
 
     /// The samples of `block` and those around it.
-    pub(super) fn patch(&self, block: &Block) -> Result<Patch> {
+    pub(super) fn patch(&self, block: &Block) -> Result<Patch<'a>> {
+        if let Some(coarse) = self.coarse(block)? {
+            return Ok(Patch {
+                steepest: Some(f64::from(coarse.steepest())),
+                posts: Posts::around(coarse.around_own(), block),
+                block: block.clone(),
+                heights: Heights::Coarse(coarse),
+            });
+        }
         let around = |range: &Range<usize>| range.start.saturating_sub(1)..range.end + 1;
         let window = self.samples.window(around(&block.columns), around(&block.rows))?;
+        let is_all = window.columns == block.columns.len() + 2 && window.rows == block.rows.len() + 2;
         Ok(Patch {
             block: block.clone(),
-            window,
+            steepest: is_all.then(|| steepest(&window)).flatten(),
+            heights: Heights::Window(window),
+            posts: Posts::All,
         })
+    }
+
+    /// The samples of a block and those around it where all follow from others that are much farther apart, and it is worth to know.
+    pub(super) fn coarse(&self, block: &Block) -> Result<Option<Box<dyn CoarseWindow + 'a>>> {
+        let is_small = block.columns.len().min(block.rows.len()) < FEW;
+        if is_small || block.columns.start == 0 || block.rows.start == 0 {
+            return Ok(None);
+        }
+        let around = |range: &Range<usize>| range.start - 1..range.end + 1;
+        self.samples.coarse(around(&block.columns), around(&block.rows))
+    }
+
+    /// Blocks of at most `side` posts a side that are all of `whole` that is wanted; wider and narrower ones where all samples follow from
+    /// others that are much farther apart.
+    ///
+    /// # Errors
+    /// When samples cannot be read.
+    pub(super) fn blocks(&self, whole: &Block, side: usize, is_wanted: impl Fn(&Block) -> bool) -> Result<Vec<Block>> {
+        let mut blocks = Vec::new();
+        let least = whole.columns.len().max(whole.rows.len()).div_ceil(side);
+        let length = least.next_power_of_two() * side;
+        self.add_blocks(whole.clone(), length, side, &is_wanted, &mut blocks)?;
+        Ok(blocks)
+    }
+
+    /// Adds a block of `length` posts a side: whole if it follows from coarse samples, else in quarters, if any of these has such a block.
+    /// Whether one was added.
+    fn add_blocks(
+        &self,
+        block: Block,
+        length: usize,
+        side: usize,
+        is_wanted: &impl Fn(&Block) -> bool,
+        blocks: &mut Vec<Block>,
+    ) -> Result<bool> {
+        /// As many posts are looked at in such a block as in one of `side` where others are four times as far apart.
+        const WIDER: usize = 4;
+        if !is_wanted(&block) {
+            return Ok(false);
+        }
+        let is_coarse = length <= WIDER * side && self.coarse(&block)?.is_some();
+        if is_coarse || length < 2 * FEW {
+            blocks.push(block);
+            return Ok(is_coarse);
+        }
+        let half = length.div_ceil(2);
+        let (before, mut is_any_coarse) = (blocks.len(), false);
+        for quarter in block.split(half) {
+            is_any_coarse |= self.add_blocks(quarter, half, side, is_wanted, blocks)?;
+        }
+        if length <= side && !is_any_coarse {
+            blocks.truncate(before);
+            blocks.push(block);
+        }
+        Ok(is_any_coarse)
     }
 
     /// Whether the cell at a grid position is whole.
@@ -216,19 +285,103 @@ impl Cell {
     }
 }
 
+/// Posts of a block that are looked at, by row.
+enum Posts {
+    All,
+    /// By row and column.
+    Some(Vec<(usize, usize)>),
+}
+
+impl Posts {
+    /// Those of some that are in a block, and those along its sides. Against a plane, ground that is bilinear between samples has its
+    /// extremes at these, but for what edges show.
+    fn around(own: Vec<[usize; 2]>, block: &Block) -> Self {
+        let Block { columns, rows } = block;
+        let own = own.into_iter().map(|[column, row]| (column, row));
+        let across = columns
+            .clone()
+            .flat_map(|column| [(column, rows.start), (column, rows.end - 1)]);
+        let down = rows
+            .clone()
+            .flat_map(|row| [(columns.start, row), (columns.end - 1, row)]);
+        let mut posts: Vec<_> = own
+            .filter(|&post| block.contains(post))
+            .chain(across)
+            .chain(down)
+            .map(|(column, row)| (row, column))
+            .collect();
+        posts.sort_unstable();
+        posts.dedup();
+        Self::Some(posts)
+    }
+}
+
+/// Where the heights of a patch come from.
+enum Heights<'a> {
+    Window(Window),
+    Coarse(Box<dyn CoarseWindow + 'a>),
+}
+
 /// A block of the raster and one post around it.
-pub(super) struct Patch {
+pub(super) struct Patch<'a> {
     pub(super) block: Block,
-    window: Window,
+    /// Metres that posts side by side in a row or a column differ at most; none where one of them, or of those around, has no height.
+    pub(super) steepest: Option<f64>,
+    heights: Heights<'a>,
+    posts: Posts,
+}
+
+fn steepest(window: &Window) -> Option<f64> {
+    let heights = &window.heights;
+    let apart = |(&a, &b): (&f32, &f32)| (f64::from(b) - f64::from(a)).abs();
+    let across = heights
+        .chunks_exact(window.columns)
+        .flat_map(|row| row.iter().zip(&row[1..]));
+    let down = heights.iter().zip(&heights[window.columns..]);
+    let is_whole = heights.iter().all(|height| height.is_finite());
+    is_whole.then(|| across.chain(down).map(apart).fold(0.0, f64::max))
 }
 
 /// How near to a line between cells, in cells, a point counts as on it.
 const ON_THE_LINE: f64 = 1e-6;
 
-impl Patch {
+impl Patch<'_> {
+    /// Column and row of the posts that are looked at, row by row.
+    pub(super) fn posts(&self) -> Vec<(usize, usize)> {
+        match &self.posts {
+            Posts::All => self.block.posts().collect(),
+            Posts::Some(posts) => posts.iter().map(|&(row, column)| (column, row)).collect(),
+        }
+    }
+
+    /// The posts of a row that are looked at, among some columns: their columns, and where they are in the order of [`Self::posts`].
+    pub(super) fn posts_of(&self, row: usize, columns: Range<usize>) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let (first, all, some) = match &self.posts {
+            Posts::All if columns.is_empty() => (0, columns, [].as_slice()),
+            Posts::All => (self.block.index(columns.start, row), columns, [].as_slice()),
+            Posts::Some(posts) => {
+                let place = |column: usize| posts.partition_point(|&post| post < (row, column));
+                let (start, end) = (place(columns.start), place(columns.end));
+                (start, 0..0, &posts[start..end])
+            }
+        };
+        let columns = all.chain(some.iter().map(|&(_, column)| column));
+        columns.zip(first..)
+    }
+
     /// NaN where void, and where there is nothing or nothing that is known.
     pub(super) fn height(&self, column: usize, row: usize) -> f64 {
-        let window = &self.window;
+        let window = match &self.heights {
+            Heights::Window(window) => window,
+            Heights::Coarse(coarse) => {
+                let is_there = |at: usize, range: &Range<usize>| (range.start - 1..range.end + 1).contains(&at);
+                return if is_there(column, &self.block.columns) && is_there(row, &self.block.rows) {
+                    f64::from(coarse.height(column, row))
+                } else {
+                    f64::NAN
+                };
+            }
+        };
         let (x, y) = (column.wrapping_sub(window.first[0]), row.wrapping_sub(window.first[1]));
         if x < window.columns && y < window.rows {
             f64::from(window.heights[y * window.columns + x])
@@ -240,7 +393,9 @@ impl Patch {
     /// What is at a post of the block.
     pub(super) fn post(&self, column: usize, row: usize) -> Post {
         let (x, y) = (column as i64, row as i64);
-        if !self.height(column, row).is_finite() {
+        if self.steepest.is_some() {
+            Post::Surface
+        } else if !self.height(column, row).is_finite() {
             Post::Void
         } else if [(0, 0), (-1, 0), (0, -1), (-1, -1)]
             .into_iter()

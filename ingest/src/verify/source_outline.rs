@@ -13,6 +13,8 @@ use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Line, Rectangle};
 use rstar::{AABB, PointDistance, RTree};
 
+use super::deviation::Worst;
+use super::farthest::{Far, Place};
 use super::source::{Block, Patch, Source};
 
 type Segment = Line<[f64; 3]>;
@@ -30,8 +32,8 @@ pub(super) struct SourceOutline<'a> {
 impl<'a> SourceOutline<'a> {
     /// Looks through all of the source, block by block of `side` posts.
     pub(super) fn new(source: Source<'a>, side: usize) -> Result<Self> {
-        let mut blocks = source.whole().split(side.next_multiple_of(SQUARE));
-        blocks.retain(|block| source.may_hold(block));
+        let side = side.next_power_of_two().max(SQUARE);
+        let blocks = source.blocks(&source.whole(), side, |block| source.may_hold(block))?;
         let squares = blocks.par_iter().map(|block| squares(&source, block));
         let squares: Vec<Vec<Square>> = squares.collect::<Result<_>>()?;
         Ok(Self {
@@ -68,19 +70,6 @@ pub(super) struct NearOutline<'a> {
 }
 
 impl NearOutline<'_> {
-    /// Metres from a point of the ellipsoid, given in Earth-centred metres; infinite where the source has no surface.
-    pub(super) fn distance(&mut self, on_ellipsoid: DVec3) -> Result<f64> {
-        let point = on_ellipsoid.to_array();
-        let mut nearest = f64::INFINITY;
-        for square in self.outline.squares.nearest_neighbor_iter(&point) {
-            if square.geom().distance_2(&point).sqrt() >= nearest {
-                break;
-            }
-            nearest = nearest.min(distance(self.segments(square.data)?, on_ellipsoid));
-        }
-        Ok(nearest)
-    }
-
     fn segments(&mut self, square: [usize; 2]) -> Result<&RTree<Segment>> {
         /// Some 10 MB.
         const MOST: usize = 100_000;
@@ -97,7 +86,32 @@ impl NearOutline<'_> {
     }
 }
 
+impl Far for NearOutline<'_> {
+    /// Infinite where the source has no surface.
+    fn distance(&mut self, on_ellipsoid: DVec3) -> Result<f64> {
+        let point = on_ellipsoid.to_array();
+        let mut nearest = f64::INFINITY;
+        for square in self.outline.squares.nearest_neighbor_iter(&point) {
+            if square.geom().distance_2(&point).sqrt() >= nearest {
+                break;
+            }
+            nearest = nearest.min(distance(self.segments(square.data)?, on_ellipsoid));
+        }
+        Ok(nearest)
+    }
+
+    fn add(&mut self, places: &[Place], worst: &mut Worst) -> Result<()> {
+        for place in places {
+            worst.meet(self.distance(place.on_ellipsoid)?, place.grid);
+        }
+        Ok(())
+    }
+}
+
 fn squares(source: &Source, block: &Block) -> Result<Vec<Square>> {
+    if source.coarse(block)?.is_some() {
+        return Ok(Vec::new());
+    }
     let patch = source.patch(block)?;
     let square = |square: &Block| {
         let segments = segments(source, &patch, square);

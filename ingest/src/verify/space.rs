@@ -3,7 +3,10 @@
 use glam::{DVec2, DVec3};
 use terrain_tiles::ellipsoid::{above, normal, to_geodetic};
 
-use super::source::{Block, Source};
+use super::source::Source;
+
+/// Metres: smaller than any radius of curvature of the ellipsoid, and of any line of steady height.
+const LEAST_RADIUS: f64 = 6.3e6;
 
 /// A point of a mesh seen from above.
 #[derive(Clone, Copy, Debug)]
@@ -29,12 +32,15 @@ pub(super) trait Space: Sync {
     /// is the vertical at the post.
     fn beside_a_pole(&self, column: usize, row: usize, up: DVec3, height: f64) -> Option<(DVec3, DVec3)>;
 
+    /// How far a straight line of so many metres is from one of steady height between its ends, at most.
+    fn sag(&self, length: f64) -> f64;
+
     /// Whether a vertical goes on to the ground on the other side of the Earth.
     fn is_round(&self) -> bool;
 
-    /// The verticals at all posts of a block, row by row.
-    fn verticals(&self, block: &Block) -> Vec<DVec3> {
-        block.posts().map(|(column, row)| self.vertical(column, row)).collect()
+    /// The verticals at some posts.
+    fn verticals(&self, posts: &[(usize, usize)]) -> Vec<DVec3> {
+        posts.iter().map(|&(column, row)| self.vertical(column, row)).collect()
     }
 }
 
@@ -76,6 +82,10 @@ impl Space for Earth<'_> {
         })
     }
 
+    fn sag(&self, length: f64) -> f64 {
+        length * length / (8.0 * LEAST_RADIUS)
+    }
+
     fn is_round(&self) -> bool {
         true
     }
@@ -106,6 +116,10 @@ impl Space for Raster {
 
     fn beside_a_pole(&self, _: usize, _: usize, _: DVec3, _: f64) -> Option<(DVec3, DVec3)> {
         None
+    }
+
+    fn sag(&self, _: f64) -> f64 {
+        0.0
     }
 
     fn is_round(&self) -> bool {
