@@ -147,10 +147,10 @@ fn places_are_kept_of_the_samples_under_a_tile_alone_and_measure_the_same() {
 #[test]
 fn samples_beyond_the_tip_of_a_thin_triangle_are_not_under_it() {
     let over = |beyond: f32| {
-        let height = |index: usize| if index % 257 > 101 { beyond } else { 0.0 };
+        let height = |index: usize| if index / 257 > 101 { beyond } else { 0.0 };
         let grid = raster(257, (0..257 * 257).map(height).collect());
-        // A tenth of a millimetre wide, along a row.
-        let places = [(0.0, 128.0), (100.0, 128.0), (50.0, 128.0 + 1e-7)];
+        // A tenth of a millimetre wide, along a meridian.
+        let places = [(128.0, 0.0), (128.0, 100.0), (128.0 + 1e-7, 50.0)];
         let corner = |(column, row): (f64, f64)| grid.georeference.geographic(DVec2::new(column, row)).extend(0.0);
         let mesh = Mesh {
             positions: places.map(corner).to_vec(),

@@ -295,7 +295,7 @@ fn posts_beyond_the_tip_of_a_thin_triangle_are_not_under_it() {
     let corners = [
         DVec3::new(0.0, 1.0, 0.0),
         DVec3::new(5.0, 1.0, 0.0),
-        DVec3::new(2.5, 1.0 + 3e-6, 0.0),
+        DVec3::new(2.5, 1.0 + 1.1e-6, 0.0),
     ];
     let feet = corners.map(|corner| Foot {
         grid: corner.truncate(),
@@ -304,4 +304,46 @@ fn posts_beyond_the_tip_of_a_thin_triangle_are_not_under_it() {
     let surface = Surface::new(&Raster, corners.to_vec(), feet.to_vec(), vec![[0, 1, 2]]);
     let (worst, visits) = at_posts(&Raster, &grid, &surface);
     assert_eq!((worst.figure, visits), (0.0, 6));
+}
+
+#[test]
+fn what_is_passed_over_is_no_worse() {
+    let block = Block {
+        columns: 1..42,
+        rows: 1..42,
+    };
+    for seed in 0..30 {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let heights: Vec<f32> = (0..43 * 43).map(|_| random.f32() * 30.0).collect();
+        let rough = |has_void: bool| {
+            let height = |column: usize, row: usize| match (has_void, column + row) {
+                (true, 0) => f32::NAN,
+                _ => heights[row * 43 + column] + (column as f32 / 7.0).sin() * 200.0,
+            };
+            grid(43, 43, DVec2::new(7.0, 46.0), DVec2::splat(1.0 / 1200.0), height)
+        };
+        let (whole, with_void) = (rough(false), rough(true));
+        let mut corner = |column: f64, row: f64| DVec3::new(column, row, random.f64() * 400.0 - 200.0);
+        let corners = [
+            corner(2.3, 2.1),
+            corner(40.2, 3.7),
+            corner(2.9, 39.9),
+            corner(40.5, 40.5),
+        ];
+        // Beside a void nothing is known of what is between the ends of an edge.
+        let [passed_over, all] = [&whole, &with_void].map(|grid| {
+            let earth = earth(grid, 7.0);
+            let patch = Source::from(grid).patch(&block).unwrap();
+            let on_plane = along_edges(&Raster, &patch, &flat(&corners, &UPRIGHT_HALVES), Worst::default());
+            let on_earth = along_edges(
+                &earth,
+                &patch,
+                &on_earth(&earth, &corners, &UPRIGHT_HALVES),
+                Worst::default(),
+            );
+            (patch.steepest.is_some(), on_plane.figure, on_earth.figure)
+        });
+        assert_eq!((passed_over.0, all.0), (true, false));
+        assert_eq!((passed_over.1, passed_over.2), (all.1, all.2), "seed {seed}");
+    }
 }
