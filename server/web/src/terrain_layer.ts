@@ -372,7 +372,7 @@ export class TerrainLayer {
     this.missing = requests.length;
     this.store.request(requests);
     // Tiles come first: what lies on coarser ones would soon be of no use.
-    if (this.store.isLoading) return;
+    if (this.store.isLoading || this.store.hasMore) return;
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
     if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
       const lit = seen.map(({ address }) => squareForLight(address, this.meanPixelsAcross(address, camera)));
