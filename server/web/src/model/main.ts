@@ -63,7 +63,7 @@ class ModelPage {
     setText("bytes", `${(bytes / 1e3).toLocaleString("en", { maximumFractionDigits: 1 })} kB`);
     setText("size", boxOf(mesh).getSize(new THREE.Vector3()).toArray().map((side) => side.toPrecision(3)).join(" × "));
     this.slider.max = String(mesh.levels.length - 1);
-    this.slider.value = this.slider.max;
+    this.slider.value = "0";
     this.slider.disabled = false;
     this.showLevel();
     this.lookAtAll();
