@@ -45,27 +45,30 @@ export function firstHit(
   farthest: number,
   slack: number,
 ): { distance: number; height: number } | undefined {
-  const [a, alongB, alongC] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
-  const [across, offset] = [new THREE.Vector3(), new THREE.Vector3()];
-  const cornerAt = (corner: number, into: THREE.Vector3) => {
-    const place = 4 * places[2 * corners[corner]!]!;
-    raise(into.set(texels[place]!, texels[place + 1]!, texels[place + 2]!), texels[place + 3]!);
-    return texels[place + 3]!;
-  };
+  const a = new THREE.Vector3();
+  const toB = new THREE.Vector3();
+  const toC = new THREE.Vector3();
+  const fromA = new THREE.Vector3();
+  const across = new THREE.Vector3();
+  const texelOf = (corner: number) => 4 * places[2 * corners[corner]!]!;
+  const placeOf = (texel: number, place: THREE.Vector3) => raise(place.set(texels[texel]!, texels[texel + 1]!, texels[texel + 2]!), texels[texel + 3]!);
   let found: { distance: number; height: number } | undefined;
   for (let at = 0; at < 3 * triangleCount; at += 3) {
     if (isCandidate?.(at / 3) === false) continue;
-    const [height, heightOfB, heightOfC] = [cornerAt(at, a), cornerAt(at + 1, alongB), cornerAt(at + 2, alongC)];
-    across.crossVectors(direction, alongC.sub(a));
-    const scale = 1 / alongB.sub(a).dot(across);
-    const b = offset.subVectors(origin, a).dot(across) * scale;
+    placeOf(texelOf(at), a);
+    placeOf(texelOf(at + 1), toB).sub(a);
+    placeOf(texelOf(at + 2), toC).sub(a);
+    across.crossVectors(direction, toC);
+    const scale = 1 / toB.dot(across);
+    const b = fromA.subVectors(origin, a).dot(across) * scale;
     if (!(b >= -slack && b <= 1 + slack)) continue;
-    across.crossVectors(offset, alongB);
+    across.crossVectors(fromA, toB);
     const c = direction.dot(across) * scale;
     if (!(c >= -slack && b + c <= 1 + slack)) continue;
-    const distance = alongC.dot(across) * scale;
-    if (distance < 0 || distance >= (found?.distance ?? farthest)) continue;
-    found = { distance, height: height + b * (heightOfB - height) + c * (heightOfC - height) };
+    const distance = toC.dot(across) * scale;
+    if (!(distance >= 0 && distance < (found?.distance ?? farthest))) continue;
+    const height = texels[texelOf(at) + 3]!;
+    found = { distance, height: height + b * (texels[texelOf(at + 1) + 3]! - height) + c * (texels[texelOf(at + 2) + 3]! - height) };
   }
   return found;
 }

@@ -209,10 +209,13 @@ export class TileMesh {
   private isAround(triangle: number, [x, y]: readonly [number, number]): boolean {
     const places = this.places.image.data as Uint32Array;
     const squares = this.spots.inSquare;
-    const [a, b, c] = [0, 1, 2].map((corner) => 2 * places[2 * this.tile.corners[3 * triangle + corner]!]!) as [number, number, number];
+    const placeOf = (corner: number) => 2 * places[2 * this.tile.corners[3 * triangle + corner]!]!;
+    const a = placeOf(0);
+    const b = placeOf(1);
+    const c = placeOf(2);
     const isWithin = (axis: 0 | 1, at: number) => {
-      const [one, two, three] = [squares[a + axis]!, squares[b + axis]!, squares[c + axis]!];
-      const [low, high] = [Math.min(one, two, three), Math.max(one, two, three)];
+      const low = Math.min(squares[a + axis]!, squares[b + axis]!, squares[c + axis]!);
+      const high = Math.max(squares[a + axis]!, squares[b + axis]!, squares[c + axis]!);
       const margin = 0.1 * (high - low) + 1e-6;
       return at >= low - margin && at <= high + margin;
     };
