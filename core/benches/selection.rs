@@ -106,6 +106,7 @@ fn camera(east: f64) -> Camera {
             .map(half_space)
             .to_vec(),
         pixels_per_radian: 1000.0,
+        farthest: f64::INFINITY,
         ground: Some(Ellipsoid {
             centre: DVec3::new(0.0, 0.0, -6_371_000.0),
             axis: DVec3::Z,

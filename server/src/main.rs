@@ -39,6 +39,9 @@ async fn run(given: &Given) -> anyhow::Result<()> {
         .iter()
         .map(|path| ModelFile::open(path))
         .collect::<anyhow::Result<Vec<_>>>()?;
+    if let Some(name) = ModelFile::twin(&models) {
+        bail!("two models are called “{name}”; rename one");
+    }
     let catalogue = tokio::task::spawn_blocking(|| Catalogue::open(archives)).await??;
     if let Some(name) = catalogue.twin() {
         bail!("two archives are called “{name}”; rename one");

@@ -1,5 +1,6 @@
 //! Models under their names: files of curved levels (`.clod`) and progressive meshes (`.spm`), as they are.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use terrain_tiles::formats::spm;
 use twox_hash::XxHash3_128;
 
 /// What a model's file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ModelKind {
     /// Curved levels of detail.
     Curved,
@@ -64,6 +65,14 @@ impl ModelFile {
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
         ModelKind::of(path).is_some()
+    }
+
+    /// The name of two models of one kind, which are at one address; those of two kinds are not.
+    #[must_use]
+    pub fn twin(models: &[Self]) -> Option<&str> {
+        let mut known = BTreeSet::new();
+        let twin = models.iter().find(|model| !known.insert((model.kind, &model.name)));
+        twin.map(|model| model.name.as_str())
     }
 
     /// Reads the file at `path` and looks it through.

@@ -63,6 +63,30 @@ fn two_archives_of_one_name_are_refused() {
 }
 
 #[test]
+fn two_models_of_one_kind_and_name_are_refused() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (mesh, curved) = (
+        sources.join("../tiles/golden/open_torus.spm"),
+        sources.join("web/test/torus.clod"),
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second] = ["a.spm", "a.SPM"].map(|name| folder.path().join(name));
+    let other_kind = folder.path().join("a.clod");
+    for (from, to) in [(&mesh, &first), (&mesh, &second), (&curved, &other_kind)] {
+        fs::copy(from, to).unwrap();
+    }
+    let line = refusal(&program().args([&first, &other_kind, &second]).output().unwrap());
+    assert_eq!(line, "error: two models are called “a”; rename one\n");
+    let mut both = program();
+    both.args([&first, &other_kind]).args(["--listen", "127.0.0.1:0"]);
+    let server = Running::of(both);
+    for path in ["/a/model.spm", "/a/curved.clod"] {
+        let reply = server.send(&format!("HEAD {path} HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"));
+        assert!(reply.starts_with("HTTP/1.1 200 OK"), "{reply}");
+    }
+}
+
+#[test]
 fn a_port_that_is_taken_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let holder = TcpListener::bind("127.0.0.1:0").unwrap();

@@ -49,6 +49,8 @@ pub struct Case {
     /// Normals and offsets.
     frustum: Vec<[f64; 4]>,
     pixels_per_radian: f64,
+    /// None where errors may look as small as they are.
+    farthest: Option<f64>,
     ground: Option<Ground>,
     tolerance: f64,
     keep: f64,
@@ -147,6 +149,7 @@ impl Case {
             eye: self.eye.into(),
             frustum: self.frustum.iter().map(half_space).collect(),
             pixels_per_radian: self.pixels_per_radian,
+            farthest: self.farthest.unwrap_or(f64::INFINITY),
             ground: self.ground.map(ellipsoid),
         }
     }

@@ -133,7 +133,12 @@ impl RasterForm {
             .iter()
             .flat_map(|metres| self.encoding.colour(metres.unwrap_or(0.0), quantum))
             .collect();
-        Ok(image::write(self.format, &colours, self.size)?)
+        Ok(image::write(
+            self.format,
+            image::Pixels::Colour,
+            &colours,
+            [self.size; 2],
+        )?)
     }
 }
 

@@ -77,13 +77,13 @@ fn pixels_are_where_web_mercator_has_them() {
 #[test]
 fn files_have_the_colours_that_went_in_and_no_profile() {
     let colours: Vec<u8> = (0..256 * 256 * 3_u32).map(|index| (index * 31 % 251) as u8).collect();
-    let png = image::write(image::Format::Png, &colours, 256).unwrap();
+    let png = image::write(image::Format::Png, image::Pixels::Colour, &colours, [256; 2]).unwrap();
     let mut reader = png::Decoder::new(std::io::Cursor::new(&png[..])).read_info().unwrap();
     let mut read = vec![0; colours.len()];
     reader.next_frame(&mut read).unwrap();
     assert_eq!(read, colours);
     assert!(!png.windows(4).any(|name| name == b"gAMA" || name == b"iCCP"));
-    let webp = image::write(image::Format::WebP, &colours, 256).unwrap();
+    let webp = image::write(image::Format::WebP, image::Pixels::Colour, &colours, [256; 2]).unwrap();
     let mut read = vec![0; colours.len()];
     image_webp::WebPDecoder::new(std::io::Cursor::new(&webp[..]))
         .unwrap()

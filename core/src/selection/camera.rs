@@ -35,6 +35,8 @@ pub struct Camera {
     pub frustum: Vec<HalfSpace>,
     /// Height of the viewport / (2 · tan(field of view / 2)): pixels of what is as large as it is far.
     pub pixels_per_radian: f64,
+    /// Errors that are further away look as large as from here; infinite where they may look as small as they are.
+    pub farthest: f64,
     /// The ground hides what is beyond its horizon. No drawn surface may be below it.
     pub ground: Option<Ellipsoid>,
 }
@@ -46,7 +48,7 @@ impl Camera {
         if error == 0.0 {
             0.0
         } else {
-            error * self.pixels_per_radian / distance
+            error * self.pixels_per_radian / distance.min(self.farthest)
         }
     }
 

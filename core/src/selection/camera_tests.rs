@@ -82,6 +82,7 @@ fn a_box_is_out_of_the_picture_where_a_half_space_has_none_of_it() {
             eye: DVec3::ZERO,
             frustum: vec![half_space],
             pixels_per_radian: 1.0,
+            farthest: f64::INFINITY,
             ground: None,
         };
         let bounds = OrientedBox {
@@ -101,14 +102,20 @@ fn a_box_is_out_of_the_picture_where_a_half_space_has_none_of_it() {
 }
 
 #[test]
-fn an_error_looks_smaller_from_farther_away() {
-    let camera = Camera {
+fn an_error_looks_smaller_from_farther_away_up_to_a_distance() {
+    let mut camera = Camera {
         eye: DVec3::ZERO,
         frustum: Vec::new(),
         pixels_per_radian: 500.0,
+        farthest: f64::INFINITY,
         ground: None,
     };
     assert_eq!(camera.pixels(2.0, 100.0), 10.0);
     assert_eq!(camera.pixels(2.0, 0.0), f64::INFINITY);
     assert_eq!(camera.pixels(0.0, 0.0), 0.0);
+    camera.farthest = 50.0;
+    assert_eq!(
+        [10.0, 100.0].map(|distance| camera.pixels(2.0, distance)),
+        [100.0, 20.0]
+    );
 }

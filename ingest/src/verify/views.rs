@@ -62,6 +62,7 @@ fn camera(pyramid: &Pyramid, tiles: &[TileAddress], random: &mut Rng) -> Option<
         eye,
         frustum: frustum(eye, (target - eye).try_normalize()?),
         pixels_per_radian: 1000.0,
+        farthest: f64::INFINITY,
         ground: Some(Ellipsoid {
             centre: DVec3::ZERO,
             axis: DVec3::Z,

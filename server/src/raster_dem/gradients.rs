@@ -1,12 +1,14 @@
 //! Rasters of normals of a tile's square, for light that does not depend on how many triangles are drawn.
 //!
 //! ```text
-//! corners of 256 × 256 cells and some around ─▶ heights two zooms finer ─▶ plane through each one's neighbours ─▶ normal ─▶ colour
+//! corners of 256 × 256 cells and some around ─▶ heights two zooms finer ─▶ plane through the neighbours of every second ─▶ normal ─▶ greys
 //! ```
 //!
-//! A colour's red and green are the parts of the normal to the east and to the north: `128 + 127 √|n|`, or minus for those below 0.
-//! A root, because most ground is nearly level. What is at a corner of a cell depends on its place and the zoom alone, so tiles have
-//! the same colours along a common side.
+//! A raster is two grey squares of 129 × 129 corners, one above the other: the parts of the normal to the east and to the north, each
+//! `128 + 127 √|n|`, or minus for those below 0. A root, because most ground is nearly level. What is at a corner of a cell depends on its
+//! place and the zoom alone, so tiles have the same greys along a common side.
+//!
+//! The plane through the neighbours is so smooth that corners between two of the raster tell little more: clients take them from a cubic.
 //!
 //! Towards a pole cells grow narrow: neighbours are then so many columns away that they are about as far as those in other rows, and
 //! beyond the pole they are on its other side. How much a plane rises to the east is not told by neighbours that are closer still.
@@ -17,13 +19,17 @@ use axum::body::Bytes;
 use glam::DVec2;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::ellipsoid::{east_north_up, on_ellipsoid};
-use terrain_tiles::raster_dem::image::{Format, write};
+use terrain_tiles::raster_dem::image::{Format, Pixels, write};
 
 use crate::heights::{Heights, Place};
 use crate::tileset::{TileError, Tileset};
 
 /// Cells along a side of a tile; there is one corner more.
 const CELLS: i64 = 256;
+/// Of the corners, a raster has those so many cells apart.
+const SPACING: i64 = 2;
+/// Along a side of a raster.
+const SIDE: u32 = (CELLS / SPACING) as u32 + 1;
 /// So many corners on each side of one have a part in its plane.
 const REACH: i64 = 3;
 /// Of corners by their distance along an axis: binomial.
@@ -47,20 +53,20 @@ pub(super) fn draw(
     let zoom = (address.zoom + FINER).min(tileset.metadata().max_zoom);
     let found = heights.at(tileset, zoom, &Corners::new(address).places())?;
     let metres: Vec<Option<f64>> = found.iter().map(|height| height.metres()).collect();
-    let colours: Vec<u8> = gradients(address, &metres).flat_map(colour).collect();
-    Ok(write(format, &colours, CELLS as u32 + 1)?.into())
+    let [east, north]: [Vec<u8>; 2] = gradients(address, &metres).map(greys).unzip().into();
+    Ok(write(format, Pixels::Grey, &[east, north].concat(), [SIDE, 2 * SIDE])?.into())
 }
 
-/// The rise to the east and to the north at each corner, row by row from the north, of heights at the places of [`Corners`].
+/// The rise to the east and to the north at each corner of a raster, row by row from the north, of heights at the places of [`Corners`].
 fn gradients(address: TileAddress, metres: &[Option<f64>]) -> impl Iterator<Item = [f64; 2]> {
     let corners = Corners::new(address);
-    (0..=CELLS as usize).flat_map(move |row| {
+    (0..=CELLS as usize).step_by(SPACING as usize).flat_map(move |row| {
         let middle = row as i64 + REACH;
         let stride = corners.stride(middle);
         let cell = corners.cell_metres(middle);
         let offsets = corners.offsets(middle, cell);
         let first = row * corners.width + corners.margin as usize;
-        (0..=CELLS).map(move |column| {
+        (0..=CELLS).step_by(SPACING as usize).map(move |column| {
             let window = |y: usize, x: usize| {
                 let along = column + (x as i64 - REACH) * stride;
                 metres[(first + y * corners.width).wrapping_add_signed(along as isize)]
@@ -183,11 +189,11 @@ fn gradient(
     [(xh * yy - yh * xy) / determinant, (yh * xx - xh * xy) / determinant]
 }
 
-fn colour([east, north]: [f64; 2]) -> [u8; 3] {
+/// Of the normal's parts to the east and to the north.
+fn greys([east, north]: [f64; 2]) -> (u8, u8) {
     let length = (1.0 + east * east + north * north).sqrt();
-    let [red, green] = [-east / length, -north / length]
-        .map(|part: f64| (128.0 + 127.0 * part.signum() * part.abs().sqrt()).round() as u8);
-    [red, green, 0]
+    let grey = |part: f64| (128.0 + 127.0 * part.signum() * part.abs().sqrt()).round() as u8;
+    (grey(-east / length), grey(-north / length))
 }
 
 #[cfg(test)]

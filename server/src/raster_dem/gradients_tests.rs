@@ -17,14 +17,14 @@ fn a_plane_has_its_gradient_however_few_of_its_heights_are_measured() {
 }
 
 #[test]
-fn colours_tell_normals() {
-    assert_eq!(colour([0.0, 0.0]), [128, 128, 0]);
+fn greys_tell_normals() {
+    assert_eq!(greys([0.0, 0.0]), (128, 128));
     for slope in [-20.0, -0.3, -0.004, 0.02, 0.5, 3.0] {
-        let [red, green, _] = colour([slope, 0.0]);
-        let root = (f64::from(red) - 128.0) / 127.0;
+        let (east, north) = greys([slope, 0.0]);
+        let root = (f64::from(east) - 128.0) / 127.0;
         let normal = root * root.abs();
         assert!((normal + slope / slope.hypot(1.0)).abs() < 0.01, "{slope}: {normal}");
-        assert_eq!(green, 128);
+        assert_eq!(north, 128);
     }
 }
 
@@ -47,6 +47,11 @@ fn tiles_ask_for_the_same_places_along_their_common_side() {
     }
 }
 
+/// In cells, of a place in a raster.
+fn row_and_column(at: usize) -> [i64; 2] {
+    [at as i64 / i64::from(SIDE), at as i64 % i64::from(SIDE)].map(|corner| SPACING * corner)
+}
+
 /// The slope of a plane across a pole, whose heights are `rise` metres a metre along the Earth's first axis, at a row and a column.
 fn slope_of_plane(address: TileAddress, rise: f64, row: i64, column: i64) -> [f64; 2] {
     let step = address.degrees() / CELLS as f64;
@@ -67,7 +72,7 @@ fn light_is_that_of_a_plane_across_a_pole_up_to_the_pole() {
             .collect();
         let found: Vec<[f64; 2]> = gradients(address, &heights).collect();
         for (at, [east, north]) in found.into_iter().enumerate() {
-            let [row, column] = [at as i64 / (CELLS + 1), at as i64 % (CELLS + 1)];
+            let [row, column] = row_and_column(at);
             let [true_east, true_north] = slope_of_plane(address, rise, row, column);
             let place = format!("{address}, row {row}, column {column}: {east} {north} for {true_east} {true_north}");
             assert!((north - true_north).abs() < 0.03 * rise, "{place}");
@@ -90,7 +95,7 @@ fn a_meridian_that_is_lower_is_no_wall_where_cells_are_narrow() {
     let lower = |place: &Place| Some(if place.longitude == 0.0 { -100.0 } else { 0.0 });
     let heights: Vec<Option<f64>> = corners.places().iter().map(lower).collect();
     for (at, [east, north]) in gradients(address, &heights).enumerate() {
-        let row = at as i64 / (CELLS + 1);
+        let [row, _] = row_and_column(at);
         let rise = 100.0 / corners.cell_metres(row + REACH);
         let is_beside_the_pole = row > CELLS - 8;
         assert!(

@@ -33,7 +33,9 @@ export function isFilled(cells: Uint8Array, x: number, y: number): boolean {
 
 /** A texel a cell, 255 where it is filled. */
 export function filledTexels(cells: Uint8Array): Uint8Array<ArrayBuffer> {
-  return Uint8Array.from({ length: FILLED_CELLS * FILLED_CELLS }, (_, cell) => (isSet(cells, cell) ? 255 : 0));
+  const texels = new Uint8Array(FILLED_CELLS * FILLED_CELLS);
+  for (let cell = 0; cell < texels.length; cell++) texels[cell] = isSet(cells, cell) ? 255 : 0;
+  return texels;
 }
 
 function isSet(cells: Uint8Array, cell: number): boolean {

@@ -34,29 +34,41 @@ export function raised(place: THREE.Vector3, earthCentre: THREE.Vector3, metres:
   return metres === 0 ? place : place.addScaledVector(up.subVectors(place, earthCentre).normalize(), metres);
 }
 
-/** Where a ray first meets the surface, before `farthest`: how far away, and the height there. */
+/**
+ * Where a ray first meets the surface, before `farthest`: how far away, and the height there. Triangles are wider by a share, the
+ * slack, of their size (after Möller and Trumbore, 1997).
+ */
 export function firstHit(
-  ray: THREE.Ray,
-  surface: DrawnSurface,
+  { origin, direction }: THREE.Ray,
+  { corners, texels, places, triangleCount, isCandidate }: DrawnSurface,
   raise: (place: THREE.Vector3, height: number) => THREE.Vector3,
   farthest: number,
+  slack: number,
 ): { distance: number; height: number } | undefined {
-  const { corners, texels, places } = surface;
-  const triangle = new THREE.Triangle();
-  const [corner, weights, met] = [[triangle.a, triangle.b, triangle.c], new THREE.Vector3(), new THREE.Vector3()];
-  const heights = new THREE.Vector3();
+  const a = new THREE.Vector3();
+  const toB = new THREE.Vector3();
+  const toC = new THREE.Vector3();
+  const fromA = new THREE.Vector3();
+  const across = new THREE.Vector3();
+  const texelOf = (corner: number) => 4 * places[2 * corners[corner]!]!;
+  const placeOf = (texel: number, place: THREE.Vector3) => raise(place.set(texels[texel]!, texels[texel + 1]!, texels[texel + 2]!), texels[texel + 3]!);
   let found: { distance: number; height: number } | undefined;
-  for (let at = 0; at < 3 * surface.triangleCount; at += 3) {
-    if (surface.isCandidate?.(at / 3) === false) continue;
-    for (let side = 0; side < 3; side++) {
-      const place = 4 * places[2 * corners[at + side]!]!;
-      heights.setComponent(side, texels[place + 3]!);
-      raise(corner[side]!.fromArray(texels, place), texels[place + 3]!);
-    }
-    if (ray.intersectTriangle(triangle.a, triangle.b, triangle.c, false, met) === null) continue;
-    const distance = met.distanceTo(ray.origin);
-    if (distance >= (found?.distance ?? farthest) || triangle.getBarycoord(met, weights) === null) continue;
-    found = { distance, height: weights.dot(heights) };
+  for (let at = 0; at < 3 * triangleCount; at += 3) {
+    if (isCandidate?.(at / 3) === false) continue;
+    placeOf(texelOf(at), a);
+    placeOf(texelOf(at + 1), toB).sub(a);
+    placeOf(texelOf(at + 2), toC).sub(a);
+    across.crossVectors(direction, toC);
+    const scale = 1 / toB.dot(across);
+    const b = fromA.subVectors(origin, a).dot(across) * scale;
+    if (!(b >= -slack && b <= 1 + slack)) continue;
+    across.crossVectors(fromA, toB);
+    const c = direction.dot(across) * scale;
+    if (!(c >= -slack && b + c <= 1 + slack)) continue;
+    const distance = toC.dot(across) * scale;
+    if (!(distance >= 0 && distance < (found?.distance ?? farthest))) continue;
+    const height = texels[texelOf(at) + 3]!;
+    found = { distance, height: height + b * (texels[texelOf(at + 1) + 3]! - height) + c * (texels[texelOf(at + 2) + 3]! - height) };
   }
   return found;
 }

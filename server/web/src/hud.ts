@@ -10,7 +10,7 @@ import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import type { TileLevels } from "./tile_levels.ts";
-import { heightsAbove, isLocal, type Tileset } from "./tileset.ts";
+import { hasSeaFloor, heightsAbove, isLocal, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
@@ -21,8 +21,9 @@ const NARROW = 600;
 /** Pixels that the scale bar has at most. */
 const SCALE_PIXELS = 100;
 const IMAGERY_STYLE = STYLES.indexOf("Imagery");
-/** Lowest and highest of what is shown. */
+/** Lowest and highest of what is shown, and whether what is below 0 is sea. */
 let heights: readonly [number, number] = [0, 0];
+let isSeaBelow = false;
 
 const input = (id: string) => element(id, HTMLInputElement);
 
@@ -58,7 +59,7 @@ function connectStyles(views: Views): void {
   select.append(...STYLES.map((style) => new Option(style)));
   select.addEventListener("input", () => {
     views.set({ style: select.selectedIndex });
-    showLegend(select.selectedIndex, heights);
+    showLegend(select.selectedIndex, heights, isSeaBelow);
     showFilledLegend();
   });
 }
@@ -132,7 +133,8 @@ export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tiles
     input("light").disabled = tileset?.source.normals === undefined;
     showWhere(tileset !== undefined && isLocal(tileset.metadata));
     heights = tileset?.metadata.heights ?? heights;
-    showLegend(element("style", HTMLSelectElement).selectedIndex, heights);
+    isSeaBelow = tileset !== undefined && hasSeaFloor(tileset.metadata);
+    showLegend(element("style", HTMLSelectElement).selectedIndex, heights, isSeaBelow);
   };
   select.selectedIndex = tilesets.indexOf(first);
   showHeights(first);

@@ -2,19 +2,29 @@
 
 import { element, setText } from "./elements.ts";
 
+/** Of land, and at which share of its heights; of the sea, from its floor up. */
+const LAND = [["61 102 69", 0], ["115 140 84", 22], ["184 173 120", 45], ["148 117 92", 66], ["168 161 156", 82], ["247 250 255", 96]] as const;
+const SEA = "rgb(31 61 94), rgb(66 110 138)";
+/** Of the other styles. */
 const COLOURS = [
-  "rgb(61 102 69), rgb(115 140 84) 22%, rgb(184 173 120) 45%, rgb(148 117 92) 66%, rgb(168 161 156) 82%, rgb(247 250 255) 96%",
+  "",
   "rgb(60 60 60), rgb(240 240 240)",
   "rgb(237 242 230), rgb(250 212 102) 30%, rgb(222 99 51) 60%, rgb(92 23 84)",
   "rgb(43 94 161), rgb(115 194 166) 33%, rgb(250 224 140) 66%, rgb(191 46 38)",
 ] as const;
 
+function elevationColours(lowest: number, highest: number, hasSeaFloor: boolean): string {
+  const sea = hasSeaFloor ? (100 * lowest) / (lowest - Math.max(highest, 0)) : 0;
+  const land = LAND.map(([colour, share]) => `rgb(${colour}) ${sea + ((100 - sea) * share) / 100}%`);
+  return [...(sea > 0 ? [`${SEA} ${sea}%`] : []), ...land].join(", ");
+}
+
 /** Shows the colours of a style between their ends. */
-export function showLegend(style: number, [lowest, highest]: readonly [number, number]): void {
+export function showLegend(style: number, [lowest, highest]: readonly [number, number], hasSeaFloor: boolean): void {
   const ends = [[`${Math.floor(lowest)} m`, `${Math.ceil(highest)} m`], ["shade", "sun"], ["0°", "50°"], ["≤ 0.1 m", "≥ 1 km"]];
   element("legend", HTMLElement).hidden = ends[style] === undefined;
   const [low = "", high = ""] = ends[style] ?? [];
   setText("legend-low", low);
   setText("legend-high", high);
-  element("legend-colours", HTMLElement).style.background = `linear-gradient(to right, ${COLOURS[style] ?? ""})`;
+  element("legend-colours", HTMLElement).style.background = `linear-gradient(to right, ${style === 0 ? elevationColours(lowest, highest, hasSeaFloor) : COLOURS[style] ?? ""})`;
 }

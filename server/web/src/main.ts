@@ -57,8 +57,8 @@ async function start(): Promise<void> {
   const showPlace = () => {
     const isBeside = views.beside !== undefined && pointer.canvas === canvases[1];
     const ground = (isBeside ? views.beside! : views.main).groundAt(pointer.x, pointer.y);
-    const [main, beside] = [views.main, views.beside].map((viewer) => ground && viewer?.groundBelow(ground.longitude, ground.latitude));
-    hud.showPlace(isBeside ? main : ground, coordinates(), datum(), beside);
+    const below = (viewer: Viewer | undefined) => ground && viewer?.groundBelow(ground.longitude, ground.latitude);
+    hud.showPlace(isBeside ? below(views.main) : ground, coordinates(), datum(), isBeside ? ground : below(views.beside));
   };
   const keepLink = () => {
     const pose = views.main.pose;

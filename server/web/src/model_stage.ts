@@ -83,14 +83,25 @@ export function showMessage(message: string | undefined): void {
   setText("message", message ?? "");
 }
 
-/** Opens the model that the page's address names at the server, `?model=NAME`, or anywhere, `?url=URL`, and files that are dropped. */
-export async function openModels(fileOfServer: string, hint: string, open: (bytes: ArrayBuffer, name: string) => void): Promise<void> {
+/** Decodes a model, and tells how to show it. */
+type Open = (bytes: ArrayBuffer, name: string) => Promise<() => void>;
+
+/**
+ * Opens the model that the page's address names at the server, `?model=NAME`, or anywhere, `?url=URL`, and files that are dropped. Of
+ * several the last is shown, whichever is there first.
+ */
+export async function openModels(fileOfServer: string, hint: string, open: Open): Promise<void> {
+  let count = 0;
   const openFrom = async (bytes: Promise<ArrayBuffer>, name: string) => {
+    const number = ++count;
+    showMessage(`Reading ${name} …`);
     try {
-      open(await bytes, name);
+      const show = await open(await bytes, name);
+      if (number !== count) return;
+      show();
       showMessage(undefined);
     } catch (error) {
-      showMessage(`${name}: ${error instanceof Error ? error.message : String(error)}`);
+      if (number === count) showMessage(`${name}: ${error instanceof Error ? error.message : String(error)}`);
     }
   };
   window.addEventListener("dragover", (event) => event.preventDefault());

@@ -20,6 +20,7 @@
 import { Triangle, Vector3 } from "three";
 import { keyOf, parentOf, type Address } from "./address.ts";
 import { COARSEST_DETAIL, drawnPrefix, finestDetail, isSameDetail, placesOf, type Detail } from "./partition.ts";
+import { tileBounds } from "./frame.ts";
 import { PlanSurface } from "./plan_surface.ts";
 import { onSide, sideVertices, type PlacedTile, type SideVertex, type Spot } from "./spots.ts";
 import type { Tile } from "./spt.ts";
@@ -114,9 +115,14 @@ export class Morph<S extends ShownTile> {
   private family(placed: PlacedTile, parent: PlacedTile): Family {
     const known = this.families.get(placed);
     if (known?.parent.tile === parent.tile) return known;
-    const finest = spotsAt(parent, placesOf(parent.tile, finestDetail(parent.tile)));
-    const vertices = new Map(finest.map((spot, vertex) => [placeKey(spot), vertex]));
     const coarsest = spotsAt(placed, placesOf(placed.tile, COARSEST_DETAIL));
+    const [west, south, east, north] = tileBounds(placed.tile.address);
+    const vertices = new Map<string, number>();
+    placesOf(parent.tile, finestDetail(parent.tile)).forEach((place, vertex) => {
+      const spot = parent.spots[place]!;
+      const isInSquare = spot.longitude >= west && spot.longitude <= east && spot.latitude >= south && spot.latitude <= north;
+      if (isInSquare) vertices.set(placeKey(spot), vertex);
+    });
     const family = { parent, coarsest, inParent: Int32Array.from(coarsest, (spot) => vertices.get(placeKey(spot)) ?? -1) };
     this.families.set(placed, family);
     return family;

@@ -5,7 +5,7 @@ import { parentOf, type Address } from "./address.ts";
 import { SquareRasters, type SquareRaster } from "./square_rasters.ts";
 import type { TileSource } from "./tileset.ts";
 
-/** Along a side of a raster. */
+/** Along a side of a raster as it is drawn; as it comes, there are half as many. */
 const CELLS = 256;
 /** 256 rasters, a normal at each corner of their cells, of four bytes each. */
 const MOST_BYTES = 256 * (CELLS + 1) ** 2 * 4;
@@ -30,21 +30,50 @@ export function squareForLight(address: Address, pixels: number): Address {
   return isFine && address.zoom > 0 ? squareForLight(parentOf(address), 2 * pixels) : address;
 }
 
-/** Rows from the north become rows from the south; red and green are 128 ± 127 √|n|. */
 async function decodeNormals(file: Blob): Promise<THREE.DataTexture> {
-  const image = await createImageBitmap(file, { imageOrientation: "flipY", colorSpaceConversion: "none", premultiplyAlpha: "none" });
+  const image = await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
   const context = new OffscreenCanvas(image.width, image.height).getContext("2d", { willReadFrequently: true })!;
   context.drawImage(image, 0, 0);
-  const { data, width, height } = context.getImageData(0, 0, image.width, image.height);
-  const normals = new Uint16Array(2 * width * height);
-  for (let texel = 0; texel < width * height; texel++) {
-    for (const channel of [0, 1]) {
-      const root = (data[4 * texel + channel]! - 128) / 127;
-      normals[2 * texel + channel] = THREE.DataUtils.toHalfFloat(root * Math.abs(root));
-    }
-  }
-  const texture = new THREE.DataTexture(normals, width, height, THREE.RGFormat, THREE.HalfFloatType);
+  const { data, width } = context.getImageData(0, 0, image.width, image.height);
+  const greys = new Uint8Array(data.length / 4);
+  for (let pixel = 0; pixel < greys.length; pixel++) greys[pixel] = data[4 * pixel]!;
+  const side = 2 * width - 1;
+  const texture = new THREE.DataTexture(normalTexels(greys, width), side, side, THREE.RGFormat, THREE.HalfFloatType);
   texture.minFilter = texture.magFilter = THREE.LinearFilter;
   texture.needsUpdate = true;
   return texture;
+}
+
+/**
+ * The parts of normals to the east and to the north, as half floats, rows from the south, and one between each two that are told. Of
+ * two squares of so many greys along a side, rows from the north, that of the parts to the north below the other: 128 ± 127 √|n|.
+ */
+export function normalTexels(greys: Uint8Array, side: number): Uint16Array<ArrayBuffer> {
+  const fine = 2 * side - 1;
+  const texels = new Uint16Array(2 * fine * fine);
+  const parts = new Float32Array(fine * fine);
+  for (const part of [0, 1]) {
+    for (let row = 0; row < side; row++) {
+      const fromNorth = (part * side + side - 1 - row) * side;
+      for (let column = 0; column < side; column++) {
+        const root = (greys[fromNorth + column]! - 128) / 127;
+        parts[2 * (row * fine + column)] = root * Math.abs(root);
+      }
+      fillBetween(parts, 2 * row * fine, 1, fine);
+    }
+    for (let column = 0; column < fine; column++) fillBetween(parts, column, fine, fine);
+    for (let texel = 0; texel < parts.length; texel++) texels[2 * texel + part] = THREE.DataUtils.toHalfFloat(parts[texel]!);
+  }
+  return texels;
+}
+
+/** Every second of a line of numbers, from the two on each side of it by a cubic, from three by a parabola at the ends. */
+function fillBetween(numbers: Float32Array, first: number, step: number, count: number): void {
+  const at = (index: number) => numbers[first + index * step]!;
+  const last = count - 1;
+  for (let between = 3; between < last - 1; between += 2) {
+    numbers[first + between * step] = (9 * (at(between - 1) + at(between + 1)) - at(between - 3) - at(between + 3)) / 16;
+  }
+  numbers[first + step] = (3 * at(0) + 6 * at(2) - at(4)) / 8;
+  numbers[first + (last - 1) * step] = (3 * at(last) + 6 * at(last - 2) - at(last - 4)) / 8;
 }

@@ -44,8 +44,9 @@ export function placesOfLevel(partition: Pick<Tile, "levels" | "representatives"
  */
 function placesWhere({ levels, representatives }: Pick<Tile, "levels" | "representatives">, isIn: (level: number) => boolean): Uint32Array {
   const vertexCount = representatives.length;
-  const roots = Uint32Array.from({ length: vertexCount }, (_, vertex) => vertex);
-  const current = Uint32Array.from(roots);
+  const roots = new Uint32Array(vertexCount);
+  for (let root = 0; root < vertexCount; root++) roots[root] = root;
+  const current = roots.slice();
   let vertex = 0;
   levels.forEach(({ vertexEnd }, level) => {
     const selected = isIn(level);
@@ -58,7 +59,8 @@ function placesWhere({ levels, representatives }: Pick<Tile, "levels" | "represe
       }
     }
   });
-  return roots.map((root) => current[root]!);
+  for (let at = 0; at < vertexCount; at++) roots[at] = current[roots[at]!]!;
+  return roots;
 }
 
 /**

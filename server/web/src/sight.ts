@@ -27,13 +27,15 @@ export interface Camera {
   readonly frustum: readonly HalfSpace[];
   /** Viewport height / (2 · tan(fov / 2)): pixels of what is as large as it is far; times any exaggeration. */
   readonly pixelsPerRadian: number;
+  /** Errors that are further away look as large as from here; infinite where they may look as small as they are. */
+  readonly farthest: number;
   /** Hides what is beyond its horizon. No drawn surface may be below it. */
   readonly ground: Ellipsoid | undefined;
 }
 
 /** Pixels that an error covers at most at a distance. */
-export function screenSpaceError(error: number, distance: number, { pixelsPerRadian }: Camera): number {
-  return error === 0 ? 0 : (error * pixelsPerRadian) / distance;
+export function screenSpaceError(error: number, distance: number, { pixelsPerRadian, farthest }: Camera): number {
+  return error === 0 ? 0 : (error * pixelsPerRadian) / Math.min(distance, farthest);
 }
 
 /** What a camera sees. */

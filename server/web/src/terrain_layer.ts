@@ -17,7 +17,7 @@ import { distanceTo, solidAngle } from "./oriented_box.ts";
 import { interiorLevels, type Tile } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
-import { isGlobe, type Tileset } from "./tileset.ts";
+import { hasSeaFloor, isGlobe, type Tileset } from "./tileset.ts";
 
 /** What is on the screen. */
 export interface Stats {
@@ -87,8 +87,14 @@ const [SHORTEST_BLEND_MILLISECONDS, LONGEST_BLEND_MILLISECONDS] = [250, 1000];
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
+/** From afar, colours tell heights that cover no pixel: errors count as if all heights together covered so many at least. */
+const LEAST_PIXELS_OF_HEIGHTS = 32;
 /** Metres above the ellipsoid from where the ground is looked for, and how far beside a tile, in its widths, it may be found. */
 const [FROM_ABOVE, EDGE] = [100_000, 1e-6];
+/** By how much triangles are wider where a ray meets none: tiles beside each other round a vertex of their common side apart. */
+const SLACKS = [0, 1e-4];
+/** Metres, of vertices and of a ray that runs along the side of a box. */
+const ROUNDING = 1;
 
 /** Where a ray meets a tile that is drawn. */
 interface Met {
@@ -136,6 +142,7 @@ export class TerrainLayer {
       exaggeration: { value: 1 },
       baseHeight: { value: heights[0] },
       heights: { value: new THREE.Vector2(...heights) },
+      hasSeaFloor: { value: hasSeaFloor(tileset.metadata) },
       contourInterval: { value: niceInterval((heights[1] - heights[0]) / CONTOURS_PER_RANGE) },
       hazeDistance: { value: Math.max(60_000, 2.5 * this.box.getSize(new THREE.Vector3()).length()) },
       clearDistance: { value: 0 },
@@ -166,14 +173,17 @@ export class TerrainLayer {
   /** Where a ray in the scene first meets the ground that is drawn. */
   hit(ray: THREE.Ray): GroundPoint | undefined {
     const { exaggeration, baseHeight } = this.uniforms;
-    let nearest: Met | undefined;
-    for (const { address, error } of this.drawn.values()) {
-      const mesh = this.store.get(address)?.mesh;
-      if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise)))) continue;
-      const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity);
-      if (found !== undefined) nearest = { ...found, address, error };
+    for (const slack of SLACKS) {
+      let nearest: Met | undefined;
+      for (const { address, error } of this.drawn.values()) {
+        const mesh = this.store.get(address)?.mesh;
+        if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise) + ROUNDING))) continue;
+        const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity, slack);
+        if (found !== undefined) nearest = { ...found, address, error };
+      }
+      if (nearest !== undefined) return this.groundPoint(ray, nearest);
     }
-    return nearest && this.groundPoint(ray, nearest);
+    return undefined;
   }
 
   /** The ground that is drawn at a longitude and latitude. */
@@ -182,12 +192,14 @@ export class TerrainLayer {
     const surface = this.frame.position(longitude, latitude, 0);
     const down = surface.sub(this.frame.position(longitude, latitude, 1)).normalize();
     const ray = new THREE.Ray(this.frame.position(longitude, latitude, FROM_ABOVE), down);
-    for (const { address, error } of this.drawn.values()) {
-      const degrees = degreesOf(address.zoom);
-      const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
-      if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
-      const found = this.store.get(address)?.mesh.hit(ray, exaggeration.value, baseHeight.value, Infinity, [x, y]);
-      if (found !== undefined) return { ...this.groundPoint(ray, { ...found, address, error }), longitude, latitude };
+    for (const slack of SLACKS) {
+      for (const { address, error } of this.drawn.values()) {
+        const degrees = degreesOf(address.zoom);
+        const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
+        if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
+        const found = this.store.get(address)?.mesh.hit(ray, exaggeration.value, baseHeight.value, Infinity, slack, [x, y]);
+        if (found !== undefined) return { ...this.groundPoint(ray, { ...found, address, error }), longitude, latitude };
+      }
     }
     return undefined;
   }
@@ -333,9 +345,12 @@ export class TerrainLayer {
     const toFrame = this.group.matrixWorld.clone().invert();
     const toClip = from.projectionMatrix.clone().multiply(from.matrixWorldInverse).multiply(this.group.matrixWorld);
     const halfHeight = Math.tan(THREE.MathUtils.degToRad(from.getEffectiveFOV() / 2));
+    const { x: lowest, y: highest } = this.uniforms.heights.value;
+    const pixelsPerRadian = pixelsHigh / (2 * halfHeight);
     return {
       eye: new THREE.Vector3().setFromMatrixPosition(from.matrixWorld).applyMatrix4(toFrame),
-      pixelsPerRadian: (Math.abs(this.uniforms.exaggeration.value) * pixelsHigh) / (2 * halfHeight),
+      pixelsPerRadian: Math.abs(this.uniforms.exaggeration.value) * pixelsPerRadian,
+      farthest: (Math.max(highest - lowest, 1) * pixelsPerRadian) / LEAST_PIXELS_OF_HEIGHTS,
       frustum: new THREE.Frustum().setFromProjectionMatrix(toClip).planes,
       ground: this.ground,
     };
@@ -372,7 +387,7 @@ export class TerrainLayer {
     this.missing = requests.length;
     this.store.request(requests);
     // Tiles come first: what lies on coarser ones would soon be of no use.
-    if (this.store.isLoading) return;
+    if (this.store.isLoading || this.store.hasMore) return;
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));
     if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
       const lit = seen.map(({ address }) => squareForLight(address, this.meanPixelsAcross(address, camera)));

@@ -19,6 +19,8 @@ export interface SharedUniforms {
   readonly exaggeration: THREE.IUniform<number>;
   readonly baseHeight: THREE.IUniform<number>;
   readonly heights: THREE.IUniform<THREE.Vector2>;
+  /** Whether what is below 0 is sea. */
+  readonly hasSeaFloor: THREE.IUniform<boolean>;
   readonly contourInterval: THREE.IUniform<number>;
   readonly hazeDistance: THREE.IUniform<number>;
   readonly axis: THREE.IUniform<THREE.Vector3>;
@@ -162,13 +164,14 @@ export class TileMesh {
 
   /**
    * Where a ray in the scene first meets what is drawn. A vertical one is faster if it is told where it goes through the
-   * tile's square, from 0 to 1 eastwards and northwards.
+   * tile's square, from 0 to 1 eastwards and northwards. Triangles are wider by a share of their size.
    */
   hit(
     ray: THREE.Ray,
     exaggeration: number,
     baseHeight: number,
     farthest: number,
+    slack: number,
     through?: readonly [number, number],
   ): { distance: number; height: number } | undefined {
     const centre = this.object.position;
@@ -178,7 +181,7 @@ export class TileMesh {
     const places = this.places.image.data as Uint32Array;
     const surface = { corners: this.tile.corners, texels: this.spots.texels, places, triangleCount: this.drawn };
     const near = through && { isCandidate: (triangle: number) => this.isAround(triangle, through) };
-    return firstHit(own, { ...surface, ...near }, raise, farthest);
+    return firstHit(own, { ...surface, ...near }, raise, farthest, slack);
   }
 
   /** Where the drawn surface is as high as a multiple of `interval`, as pieces of lines in the frame, without exaggeration. */
@@ -206,10 +209,13 @@ export class TileMesh {
   private isAround(triangle: number, [x, y]: readonly [number, number]): boolean {
     const places = this.places.image.data as Uint32Array;
     const squares = this.spots.inSquare;
-    const [a, b, c] = [0, 1, 2].map((corner) => 2 * places[2 * this.tile.corners[3 * triangle + corner]!]!) as [number, number, number];
+    const placeOf = (corner: number) => 2 * places[2 * this.tile.corners[3 * triangle + corner]!]!;
+    const a = placeOf(0);
+    const b = placeOf(1);
+    const c = placeOf(2);
     const isWithin = (axis: 0 | 1, at: number) => {
-      const [one, two, three] = [squares[a + axis]!, squares[b + axis]!, squares[c + axis]!];
-      const [low, high] = [Math.min(one, two, three), Math.max(one, two, three)];
+      const low = Math.min(squares[a + axis]!, squares[b + axis]!, squares[c + axis]!);
+      const high = Math.max(squares[a + axis]!, squares[b + axis]!, squares[c + axis]!);
       const margin = 0.1 * (high - low) + 1e-6;
       return at >= low - margin && at <= high + margin;
     };

@@ -73,6 +73,11 @@ export class TileStore implements Hierarchy {
     return this.underway.size > 0;
   }
 
+  /** Whether levels have come in that are to be taken up. */
+  get hasMore(): boolean {
+    return [...this.loaded.values()].some(({ decoding, drawable }) => decoding.levelsThere > drawable.there);
+  }
+
   exists({ zoom, x, y }: Address): boolean {
     const ranges = this.tileset.metadata.zooms.find((entry) => entry.zoom === zoom)?.available ?? [];
     return ranges.some(([firstX, firstY, lastX, lastY]) => x >= firstX && x <= lastX && y >= firstY && y <= lastY);

@@ -67,6 +67,16 @@ export function isLocal({ asked }: Metadata): boolean {
   return asked?.reading?.local === true;
 }
 
+/** Metres: no land is lower. */
+const SHALLOWEST_SEA_FLOOR = -500;
+
+/** Whether a tileset has the floor of a sea, so that what is below 0 is sea. Coarse surfaces may be lower than their data. */
+export function hasSeaFloor(metadata: Metadata): boolean {
+  const { heights: [lowest, highest], zooms } = metadata;
+  const lowestForSure = Math.min(lowest + Math.max(...zooms.map((zoom) => zoom.coarsest_error)), highest);
+  return !isLocal(metadata) && lowestForSure < SHALLOWEST_SEA_FLOOR;
+}
+
 /** What the heights of a tileset are above. */
 export function datumOf({ source }: Metadata): string {
   return source?.heights_above || source?.vertical_datum || "unspecified";

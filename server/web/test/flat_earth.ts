@@ -41,7 +41,7 @@ export interface View {
 
 export function viewFrom(x: number, y: number, z: number, tolerance = 2): View {
   return {
-    camera: { eye: new Vector3(x, y, z), pixelsPerRadian: 10, frustum: [], ground: undefined },
+    camera: { eye: new Vector3(x, y, z), pixelsPerRadian: 10, farthest: Infinity, frustum: [], ground: undefined },
     demand: { tolerance, keep: 1, triangles: Infinity, bytes: Infinity },
   };
 }

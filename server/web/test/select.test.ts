@@ -27,6 +27,7 @@ test("a metre at a hundred metres is as large as half the field of view says", (
   const { camera } = viewFrom(0, 0, 0);
   assert.equal(screenSpaceError(1, 100, camera), 0.1);
   assert.equal(screenSpaceError(1, 0, camera), Infinity);
+  assert.equal(screenSpaceError(1, 100, { ...camera, farthest: 50 }), 0.2);
   assert.equal(screenSpaceError(0, 0, camera), 0);
 });
 
@@ -122,7 +123,7 @@ test("rough ground beside calm ground: calm tiles stay coarse inside, but not wh
 
 test("the ball hides what is behind it and nothing else", () => {
   const ground = { centre: new Vector3(), axis: AXES[2], equatorial: 1, polar: 0.5 };
-  const sight = new Sight({ eye: new Vector3(2, 0, 0), pixelsPerRadian: 1, frustum: [], ground });
+  const sight = new Sight({ eye: new Vector3(2, 0, 0), pixelsPerRadian: 1, farthest: Infinity, frustum: [], ground });
   const cube = (x: number, y: number, z: number): OrientedBox => ({ centre: new Vector3(x, y, z), axes: AXES, halfSizes: [0.1, 0.1, 0.1] });
   assert.ok(!sight.sees(cube(-1.5, 0, 0)));
   // Beside the flattened ball, though a round one would hide it.

@@ -17,6 +17,7 @@ interface Case {
   eye: Triple;
   frustum: [number, number, number, number][];
   pixels_per_radian: number;
+  farthest: number | null;
   ground: { centre: Triple; axis: Triple; equatorial: number; polar: number } | null;
   tolerance: number;
   keep: number;
@@ -71,12 +72,13 @@ function recordOf({ address: { zoom, x, y }, interior, fineSides }: Choice): Rec
   return [zoom, x, y, interior, fineSides.reduce((bits, isFine, side) => bits + (isFine ? 2 ** side : 0), 0)];
 }
 
-function answerTo({ pyramid, eye, frustum, pixels_per_radian, ground, loaded, before, ...demand }: Case) {
+function answerTo({ pyramid, eye, frustum, pixels_per_radian, farthest, ground, loaded, before, ...demand }: Case) {
   const keys = loaded && new Set(loaded.map((tile) => tile.join("/")));
   const camera = {
     eye: vector(eye),
     frustum: frustum.map(([x, y, z, constant]) => ({ normal: new Vector3(x, y, z), constant })),
     pixelsPerRadian: pixels_per_radian,
+    farthest: farthest ?? Infinity,
     ground: ground === null ? undefined : { ...ground, centre: vector(ground.centre), axis: vector(ground.axis) },
   };
   const levelsThere = (address: Address) => (keys === null || keys.has(keyOf(address)) ? Infinity : 0);

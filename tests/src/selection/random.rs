@@ -246,6 +246,9 @@ fn fresh(number: usize, places: &[TileAddress], highest: f64, random: &mut Rng) 
         eye: eye.to_array(),
         frustum: frustum(eye, ahead, random),
         pixels_per_radian: rounded_to(300.0 + 1500.0 * random.f64(), 1e3),
+        farthest: random
+            .choice([None, None, None, Some(2e4), Some(2e5), Some(2e6)])
+            .flatten(),
         ground: (random.u8(0..4) > 0).then_some(Ground {
             centre: [0.0; 3],
             axis: [0.0, 0.0, 1.0],

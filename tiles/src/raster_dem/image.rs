@@ -1,4 +1,4 @@
-//! Heights as colours, and colours as files.
+//! Heights as colours, and pixels as files.
 
 use std::io;
 
@@ -16,10 +16,19 @@ pub enum Encoding {
     Mapbox,
 }
 
+/// What a pixel is, in one byte for each of its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pixels {
+    /// Red, green and blue.
+    Colour,
+    /// One number.
+    Grey,
+}
+
 /// What file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// Its colours are compressed without loss.
+    /// Its pixels are compressed without loss.
     Png,
     /// So are those of this one.
     WebP,
@@ -90,22 +99,29 @@ impl Format {
     }
 }
 
-/// A file of a square of colours. It has no colour profile: a client would change the numbers by it.
+/// A file of a rectangle of pixels. It has no colour profile: a client would change the numbers by it.
 ///
 /// # Errors
-/// Where `colours` are not three numbers for each of `size` times `size` pixels.
-pub fn write(format: Format, colours: &[u8], size: u32) -> io::Result<Vec<u8>> {
+/// Where there are not as many `numbers` as so many pixels have.
+pub fn write(format: Format, pixels: Pixels, numbers: &[u8], [width, height]: [u32; 2]) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
     match format {
         Format::Png => {
-            let mut encoder = Encoder::new(&mut file, size, size);
-            encoder.set_color(ColorType::Rgb);
+            let mut encoder = Encoder::new(&mut file, width, height);
+            encoder.set_color(match pixels {
+                Pixels::Colour => ColorType::Rgb,
+                Pixels::Grey => ColorType::Grayscale,
+            });
             encoder.set_depth(BitDepth::Eight);
-            encoder.write_header()?.write_image_data(colours)?;
+            encoder.write_header()?.write_image_data(numbers)?;
         }
         Format::WebP => {
             let encoder = image_webp::WebPEncoder::new(&mut file);
-            let encoded = encoder.encode(colours, size, size, image_webp::ColorType::Rgb8);
+            let colours = match pixels {
+                Pixels::Colour => image_webp::ColorType::Rgb8,
+                Pixels::Grey => image_webp::ColorType::L8,
+            };
+            let encoded = encoder.encode(numbers, width, height, colours);
             encoded.map_err(io::Error::other)?;
         }
     }

@@ -2,7 +2,7 @@
 
 import { ModelStage, openModels } from "../model_stage.ts";
 import { element, setText } from "../elements.ts";
-import { readCurvedLevels } from "./clod.ts";
+import { readCurvedLevels, type CurvedLevels } from "./clod.ts";
 import { PatchLayer, type Drawn } from "./patch_layer.ts";
 
 declare global {
@@ -32,8 +32,7 @@ class CurvedPage {
     });
   }
 
-  open(bytes: ArrayBuffer, name: string): void {
-    const levels = readCurvedLevels(bytes);
+  show(levels: CurvedLevels, name: string): void {
     if (this.layer !== undefined) this.stage.scene.remove(this.layer.group);
     this.layer?.dispose();
     this.layer = new PatchLayer(levels);
@@ -69,4 +68,7 @@ class CurvedPage {
 
 const page = new CurvedPage();
 window.curved = page;
-void openModels("curved.clod", "Drop or open a .clod file.", (bytes, name) => page.open(bytes, name));
+void openModels("curved.clod", "Drop or open a .clod file.", async (bytes, name) => {
+  const levels = readCurvedLevels(bytes);
+  return () => page.show(levels, name);
+});

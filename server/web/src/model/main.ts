@@ -5,7 +5,8 @@ import { element, setText } from "../elements.ts";
 import { connectDark, connectSwitch, onKey } from "../keys.ts";
 import { ModelStage, openModels } from "../model_stage.ts";
 import { placesOfLevel } from "../partition.ts";
-import { decodeModel, type ProgressiveMesh } from "../spm.ts";
+import type { ProgressiveMesh } from "../spm.ts";
+import { decodeInWorker } from "./decode.ts";
 
 declare global {
   interface Window {
@@ -39,7 +40,7 @@ class ModelPage {
     lamp.position.set(-0.6, 0.8, 0.4);
     camera.add(lamp);
     for (const object of [this.surface, this.edges]) object.frustumCulled = false;
-    this.slider.addEventListener("input", () => this.show());
+    this.slider.addEventListener("input", () => this.showLevel());
     element("panel", HTMLDetailsElement).open = innerWidth >= NARROW;
     connectDark();
     connectSwitch("wireframe", "KeyX", (isShown) => {
@@ -55,17 +56,16 @@ class ModelPage {
     onKey("PageDown", () => this.step(1));
   }
 
-  open(bytes: ArrayBuffer, name: string): void {
-    const mesh = decodeModel(new Uint8Array(bytes));
+  show(mesh: ProgressiveMesh, bytes: number, name: string): void {
     this.mesh = mesh;
     setText("name", name);
     setText("vertices", mesh.representatives.length.toLocaleString("en"));
-    setText("bytes", `${(bytes.byteLength / 1e3).toLocaleString("en", { maximumFractionDigits: 1 })} kB`);
+    setText("bytes", `${(bytes / 1e3).toLocaleString("en", { maximumFractionDigits: 1 })} kB`);
     setText("size", boxOf(mesh).getSize(new THREE.Vector3()).toArray().map((side) => side.toPrecision(3)).join(" × "));
     this.slider.max = String(mesh.levels.length - 1);
-    this.slider.value = this.slider.max;
+    this.slider.value = "0";
     this.slider.disabled = false;
-    this.show();
+    this.showLevel();
     this.lookAtAll();
   }
 
@@ -79,11 +79,11 @@ class ModelPage {
 
   private step(by: number): void {
     this.slider.valueAsNumber += by;
-    this.show();
+    this.showLevel();
   }
 
   /** The level of the slider, which counts from the finest. */
-  private show(): void {
+  private showLevel(): void {
     if (this.mesh === undefined) return;
     const { triangles, error } = figuresOf(this.mesh, this.slider.valueAsNumber);
     this.surface.geometry.dispose();
@@ -121,4 +121,8 @@ function shown(error: number): string {
 
 const page = new ModelPage();
 window.model = page;
-void openModels("model.spm", "Drop or open a .spm file.", (bytes, name) => page.open(bytes, name));
+void openModels("model.spm", "Drop or open a .spm file.", async (bytes, name) => {
+  const size = bytes.byteLength;
+  const mesh = await decodeInWorker(bytes);
+  return () => page.show(mesh, size, name);
+});

@@ -118,7 +118,9 @@ class LevelReader {
   private readonly splits: SplitDecoder;
   private readonly answers = probabilities(12 * VALENCES);
   private readonly ring = new Ring();
-  private queue: number[] = [];
+  /** Vertices to be asked, and how many of them there are. */
+  private queue: Uint32Array;
+  private queued = 0;
   private isQueued: Uint8Array;
 
   constructor(
@@ -129,6 +131,7 @@ class LevelReader {
     this.madeAt = surface.positions.slice();
     this.restored = surface.positions.slice();
     this.representatives = Uint32Array.from({ length: this.capacity }, (_, vertex) => vertex);
+    this.queue = new Uint32Array(this.capacity);
     this.isQueued = new Uint8Array(this.capacity);
     this.splits = new SplitDecoder(frame, surface);
   }
@@ -146,12 +149,13 @@ class LevelReader {
   read(decoder: RangeDecoder, stage: Stage, { vertexEnd, triangleEnd, isCut }: Run): void {
     const count = this.surface.vertexCount;
     check(vertexEnd >= count, "a level has fewer vertices than its base");
-    this.queue = Array.from({ length: count }, (_, vertex) => vertex);
+    for (let vertex = 0; vertex < count; vertex++) this.queue[vertex] = vertex;
+    this.queued = count;
     this.isQueued.fill(1, 0, count);
     for (let asked = 0; this.surface.vertexCount < vertexEnd; asked++) {
-      const vertex = this.queue[asked];
-      if (!decoder.isExhausted) check(vertex !== undefined, "too few vertices split");
-      const isDone = vertex === undefined || !this.ask(decoder, stage, vertex, asked >= count);
+      const isEmpty = asked === this.queued;
+      if (!decoder.isExhausted) check(!isEmpty, "too few vertices split");
+      const isDone = isEmpty || !this.ask(decoder, stage, this.queue[asked]!, asked >= count);
       if (isDone && isCut) return;
       check(!isDone, "the bytes of a level end early");
     }
@@ -191,7 +195,8 @@ class LevelReader {
 
   private enqueue(vertex: number): void {
     if (this.isQueued[vertex] === 1) return;
-    this.queue.push(vertex);
+    if (this.queued === this.queue.length) this.queue = grown(this.queue, 2 * this.queued);
+    this.queue[this.queued++] = vertex;
     this.isQueued[vertex] = 1;
   }
 
@@ -201,6 +206,7 @@ class LevelReader {
     this.madeAt = grown(this.madeAt, 3 * vertices);
     this.restored = grown(this.restored, 3 * vertices);
     this.representatives = grown(this.representatives, vertices);
+    this.queue = grown(this.queue, vertices);
     this.isQueued = grown(this.isQueued, vertices);
     this.surface.reserve(vertices);
     this.splits.reserve(vertices);
