@@ -121,7 +121,7 @@ impl Facet {
         let area = self.normal.dot(up);
         let sign = if area < 0.0 { -1.0 } else { 1.0 };
         let corners = self.corners.map(|corner| corner - position);
-        let (mut is_beside, mut on) = (false, None);
+        let mut meeting = Meeting::Inside;
         let mut widest: f64 = 0.0;
         for edge in [[0, 1], [1, 2], [2, 0]] {
             let [from, to] = edge.map(|corner| corners[corner]);
@@ -133,42 +133,26 @@ impl Facet {
                 return None;
             }
             if side < 0.0 {
-                is_beside = true;
-                let is_near = flat(self.to_edge(edge, position, up), up).length() <= 2.0 * ON_THE_EDGE;
-                on = on.or(is_near.then_some(edge));
+                meeting = Meeting::On(edge);
             }
         }
         let is_seen = area > widest || !from_above && area < -widest;
-        if !is_seen {
-            None
-        } else if is_beside {
-            // Beyond the tip of a thin triangle places are near to the lines along its sides, but on none of them.
-            on.map(Meeting::On)
-        } else {
-            Some(Meeting::Inside)
-        }
+        is_seen.then_some(meeting)
     }
 
     /// How far along `up` from `position` the triangle is. On an edge the edge says so: a plane may be too steep for that.
     fn height_above(&self, position: DVec3, up: DVec3, meeting: &Meeting) -> f64 {
         match *meeting {
             Meeting::Inside => self.normal.dot(self.corners[0] - position) / self.normal.dot(up),
-            Meeting::On(edge) => up.dot(self.to_edge(edge, position, up)),
+            Meeting::On(edge) => {
+                let [from, to] = edge.map(|corner| self.corners[corner] - position);
+                let flat = |vector: DVec3| vector - up * vector.dot(up);
+                let along = flat(to - from);
+                let part = -flat(from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+                up.dot(from + (to - from) * part.clamp(0.0, 1.0))
+            }
         }
     }
-
-    /// From a place to the nearest one of an edge, as seen from above.
-    fn to_edge(&self, edge: [usize; 2], position: DVec3, up: DVec3) -> DVec3 {
-        let [from, to] = edge.map(|corner| self.corners[corner] - position);
-        let along = flat(to - from, up);
-        let part = -flat(from, up).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
-        from + (to - from) * part.clamp(0.0, 1.0)
-    }
-}
-
-/// What is level of a vector.
-fn flat(vector: DVec3, up: DVec3) -> DVec3 {
-    vector - up * vector.dot(up)
 }
 
 /// The worst deviation along the edges of the mesh, its vertices among them, in the cells of a block, and of `so_far`: what is surely

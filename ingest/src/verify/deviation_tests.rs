@@ -289,24 +289,6 @@ fn figures_are_the_same_whatever_the_blocks() {
 }
 
 #[test]
-fn posts_beyond_the_tip_of_a_thin_triangle_are_not_under_it() {
-    let height = |column: usize, _| if column > 5 { 100.0 } else { 0.0 };
-    let grid = grid(9, 3, DVec2::ZERO, DVec2::new(1.0, -1.0), height);
-    let corners = [
-        DVec3::new(0.0, 1.0, 0.0),
-        DVec3::new(5.0, 1.0, 0.0),
-        DVec3::new(2.5, 1.0 + 1.1e-6, 0.0),
-    ];
-    let feet = corners.map(|corner| Foot {
-        grid: corner.truncate(),
-        height: corner.z,
-    });
-    let surface = Surface::new(&Raster, corners.to_vec(), feet.to_vec(), vec![[0, 1, 2]]);
-    let (worst, visits) = at_posts(&Raster, &grid, &surface);
-    assert_eq!((worst.figure, visits), (0.0, 6));
-}
-
-#[test]
 fn what_is_passed_over_is_no_worse() {
     let block = Block {
         columns: 1..42,

@@ -9,7 +9,7 @@ struct Point {
 }
 
 fn counts(place: &Place) -> bool {
-    place.grid.x as usize % 2 == 0
+    (place.grid.x as usize).is_multiple_of(2)
 }
 
 impl Far for Point {
