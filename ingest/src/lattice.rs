@@ -4,12 +4,9 @@
 use glam::{DVec2, DVec3};
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::progressive::Sampling;
+pub(crate) use terrain_tiles::tile::STRIP;
 
 use crate::georeference::GeoReference;
-
-/// Lattice units between a tile's side and the inner line of the strip along it. A collapse on the side then disturbs
-/// nothing but the strip.
-pub(crate) const STRIP: i64 = 4;
 
 /// Lattice units along a side of a leaf tile, as a power of two, where that is fine enough, and at most: beyond, the exact
 /// tests of the triangulation would leave their integers.

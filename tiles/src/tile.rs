@@ -14,6 +14,10 @@ use crate::ellipsoid::{self, Geodetic};
 use crate::filled::Filled;
 use crate::progressive::Sampling;
 
+/// Lattice units between a tile's side and the inner line of the strip along it, where there are no vertices. A collapse on the side then
+/// disturbs nothing but the strip.
+pub const STRIP: i64 = 4;
+
 /// One tile of the pyramid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {

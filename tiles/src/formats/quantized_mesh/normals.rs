@@ -1,8 +1,9 @@
 //! Normals that neighbours share: along a side they are made from the triangles of all tiles that meet there.
 //!
 //! ```text
-//! area   ← vectors of a tile's triangles as long as their areas, summed at each vertex
-//! wide   ← at a vertex on a side, also those at the vertices beside it: its own triangles are slivers of the strip
+//! area   ← vectors of a tile's triangles as long as their areas, summed at each vertex; not those of the strips along its sides, which
+//!          are steps of a few metres that are a few centimetres wide
+//! wide   ← at a vertex on a side, those at the vertices beside it: all its own triangles are in a strip
 //! side   ← the wide sums of all tiles at the place, in the order of their addresses: bit-equal in all of them
 //! pole   ← the ellipsoid's normal
 //! inner  ← at vertices across the strip from a side, the mean of the side's normals there: no edge shows in the shading
@@ -15,7 +16,7 @@ use terrain_core::Mesh;
 
 use crate::address::{Side, TileAddress};
 use crate::ellipsoid::normal;
-use crate::tile::Tile;
+use crate::tile::{STRIP, Tile};
 
 /// Bits of a place along a tile's side by which tiles of finer and coarser lattices know it.
 const PLACE_BITS: u8 = 40;
@@ -37,12 +38,17 @@ impl<'a> Shaded<'a> {
     fn new(tile: &Tile, mesh: &'a Mesh) -> Self {
         let positions: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
         let mut area = vec![DVec3::ZERO; positions.len()];
-        for &triangle in &mesh.triangles {
+        let extent = (1_i64 << tile.extent_bits) as f64;
+        let is_in_strip = |triangle: &&[u32; 3]| {
+            let corners = triangle.map(|vertex| mesh.positions[vertex as usize]);
+            let from_sides = corners.map(|at| [at.x, at.y, extent - at.x, extent - at.y]);
+            (0..4).any(|side| from_sides.iter().all(|from| from[side] <= STRIP as f64))
+        };
+        for &triangle in mesh.triangles.iter().filter(|triangle| !is_in_strip(triangle)) {
             let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
             let vector = (b - a).cross(c - a);
             triangle.iter().for_each(|&vertex| area[vertex as usize] += vector);
         }
-        let extent = (1_i64 << tile.extent_bits) as f64;
         let on_side = |at: &DVec3| at.x == 0.0 || at.y == 0.0 || at.x == extent || at.y == extent;
         let shift = PLACE_BITS - tile.extent_bits.min(PLACE_BITS);
         let address = tile.address;

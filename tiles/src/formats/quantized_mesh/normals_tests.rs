@@ -8,17 +8,21 @@ use crate::tile::Lineage;
 
 const EXTENT: f64 = 1024.0;
 
-/// Eight by eight cells and a strip of four units along each side, all of them on one surface over the whole Earth.
+/// All of them are on one surface over the whole Earth.
 fn tile(zoom: u8, x: u32, y: u32) -> Tile {
+    tile_of(zoom, x, y, |u, v| {
+        let (x, y) = (f64::from(x) + u / EXTENT, f64::from(y) + v / EXTENT);
+        (4000.0 * ((2.0 * x).sin() + (3.0 * y).cos())).round()
+    })
+}
+
+/// Eight by eight cells and a strip of four units along each side; `height` is that of places in it.
+fn tile_of(zoom: u8, x: u32, y: u32, height: impl Fn(f64, f64) -> f64) -> Tile {
     let address = TileAddress::new(zoom, x, y).unwrap();
     let mut lines: Vec<f64> = (0..=8).map(|line| f64::from(line) * 128.0).collect();
     lines.splice(1..1, [4.0]);
     lines.insert(9, EXTENT - 4.0);
     let width = lines.len() as u32;
-    let height = |u: f64, v: f64| {
-        let (x, y) = (f64::from(x) + u / EXTENT, f64::from(y) + v / EXTENT);
-        (4000.0 * ((2.0 * x).sin() + (3.0 * y).cos())).round()
-    };
     let positions = lines
         .iter()
         .flat_map(|&v| lines.iter().map(move |&u| DVec3::new(u, v, height(u, v))));
@@ -97,6 +101,28 @@ fn across_the_strip_the_normal_hardly_changes() {
         let side = all[&[left, bottom + along * 128 * unit]];
         let inner = all[&[left + 4 * unit, bottom + along * 128 * unit]];
         assert!(side.angle_between(inner).to_degrees() < 10.0);
+    }
+}
+
+#[test]
+fn a_step_in_the_strip_does_not_tilt_normals() {
+    let is_inside = |along: f64| along > 0.0 && along < EXTENT;
+    let stepped = |x: u32, y: u32| tile_of(14, x, y, |u, v| if is_inside(u) && is_inside(v) { 40.0 } else { 0.0 });
+    let own = stepped(9000, 11_000);
+    let beside: Vec<Tile> = addresses_around(own.address)
+        .into_iter()
+        .map(|address| stepped(address.x, address.y))
+        .collect();
+    let mesh = own.surface(own.finest());
+    let normals = shared_normals(&own, &mesh, &beside);
+    for (&at, found) in mesh.positions.iter().zip(normals) {
+        let place = own.geodetic(at);
+        let tilt = found
+            .dot(normal(place.longitude, place.latitude))
+            .min(1.0)
+            .acos()
+            .to_degrees();
+        assert!(tilt < 0.1, "{tilt}° at {at}");
     }
 }
 
