@@ -1,9 +1,9 @@
 //! Normals that neighbours share: along a side they are made from the triangles of all tiles that meet there.
 //!
 //! ```text
-//! area   ← vectors of a tile's triangles as long as their areas, summed at each vertex; not those of the strips along its sides, which
-//!          are steps of a few metres that are a few centimetres wide
-//! wide   ← at a vertex on a side, those at the vertices beside it: all its own triangles are in a strip
+//! area   ← vectors of a tile's triangles as long as their areas, summed at each vertex; not those of the strips along its sides and along
+//!          its children's, which are steps of a few metres that are a few centimetres wide
+//! wide   ← at a vertex that has none, all its triangles being in strips: those at the vertices beside it
 //! side   ← the wide sums of all tiles at the place, in the order of their addresses: bit-equal in all of them
 //! pole   ← the ellipsoid's normal
 //! inner  ← at vertices across the strip from a side, the mean of the side's normals there: no edge shows in the shading
@@ -31,6 +31,8 @@ struct Shaded<'a> {
     places: Vec<Place>,
     area: Vec<DVec3>,
     is_on_side: Vec<bool>,
+    /// Whether all triangles at a vertex are in strips.
+    is_in_strips: Vec<bool>,
 }
 
 impl<'a> Shaded<'a> {
@@ -38,16 +40,23 @@ impl<'a> Shaded<'a> {
     fn new(tile: &Tile, mesh: &'a Mesh) -> Self {
         let positions: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
         let mut area = vec![DVec3::ZERO; positions.len()];
+        let mut is_in_strips = vec![true; positions.len()];
         let extent = (1_i64 << tile.extent_bits) as f64;
-        let is_in_strip = |triangle: &&[u32; 3]| {
+        let is_strip = |triangle: &[u32; 3]| {
             let corners = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            let from_sides = corners.map(|at| [at.x, at.y, extent - at.x, extent - at.y]);
-            (0..4).any(|side| from_sides.iter().all(|from| from[side] <= STRIP as f64))
+            [0.0, extent / 2.0, extent].iter().any(|line| {
+                let is_near =
+                    |along: fn(&DVec3) -> f64| corners.iter().all(|at| (along(at) - line).abs() <= STRIP as f64);
+                is_near(|at| at.x) || is_near(|at| at.y)
+            })
         };
-        for &triangle in mesh.triangles.iter().filter(|triangle| !is_in_strip(triangle)) {
+        for &triangle in mesh.triangles.iter().filter(|triangle| !is_strip(triangle)) {
             let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
             let vector = (b - a).cross(c - a);
-            triangle.iter().for_each(|&vertex| area[vertex as usize] += vector);
+            for vertex in triangle {
+                area[vertex as usize] += vector;
+                is_in_strips[vertex as usize] = false;
+            }
         }
         let on_side = |at: &DVec3| at.x == 0.0 || at.y == 0.0 || at.x == extent || at.y == extent;
         let shift = PLACE_BITS - tile.extent_bits.min(PLACE_BITS);
@@ -61,17 +70,22 @@ impl<'a> Shaded<'a> {
             is_on_side: mesh.positions.iter().map(on_side).collect(),
             places: mesh.positions.iter().map(place).collect(),
             area,
+            is_in_strips,
             mesh,
         }
     }
 
-    /// Sums at vertices on sides, with those of the vertices beside them.
+    fn is_wide(&self, vertex: usize) -> bool {
+        self.is_on_side[vertex] || self.is_in_strips[vertex]
+    }
+
+    /// Sums at the vertices beside those on sides and those that are in strips.
     fn wide(&self) -> HashMap<Place, DVec3> {
         let mut sums: HashMap<Place, DVec3> = HashMap::new();
         for &[a, b, c] in &self.mesh.triangles {
             for corners in [[a, b, c], [b, c, a], [c, a, b]] {
                 let [vertex, next, last] = corners.map(|corner| corner as usize);
-                if self.is_on_side[vertex] {
+                if self.is_wide(vertex) {
                     *sums.entry(self.places[vertex]).or_default() += self.area[next] + self.area[last];
                 }
             }
@@ -94,7 +108,7 @@ pub(in crate::formats) fn shared_normals<'a>(
     for &[a, b, c] in &own.mesh.triangles {
         for [from, to] in [[a, b], [b, c], [c, a], [b, a], [c, b], [a, c]] {
             if let Some(normal) = side_normal(from as usize)
-                && !own.is_on_side[to as usize]
+                && !own.is_wide(to as usize)
             {
                 *across.entry(to).or_default() += normal;
             }
@@ -112,7 +126,7 @@ pub(in crate::formats) fn shared_normals<'a>(
     (0..own.mesh.positions.len()).map(shaded).collect()
 }
 
-/// Unit normals at the places on the sides of a tile.
+/// Unit normals at the places of a tile that are on its sides or in strips.
 fn side_normals<'a>(own: &Shaded, beside: impl IntoIterator<Item = &'a Tile>) -> HashMap<Place, DVec3> {
     let columns = i128::from(2_u64 << own.address.zoom) << PLACE_BITS;
     let mut tiles: Vec<(TileAddress, HashMap<Place, DVec3>)> = beside
@@ -121,11 +135,7 @@ fn side_normals<'a>(own: &Shaded, beside: impl IntoIterator<Item = &'a Tile>) ->
         .collect();
     tiles.push((own.address, own.wide()));
     tiles.sort_by_key(|&(address, _)| address);
-    let on_sides = own
-        .places
-        .iter()
-        .zip(&own.is_on_side)
-        .filter(|&(_, is_on_side)| *is_on_side);
+    let wide = (0..own.places.len()).filter(|&vertex| own.is_wide(vertex));
     let rows = i128::from(1_u64 << own.address.zoom) << PLACE_BITS;
     let summed = |&place: &Place| {
         // At a pole, triangles are slivers, and vertices of all tiles are at one place.
@@ -144,7 +154,7 @@ fn side_normals<'a>(own: &Shaded, beside: impl IntoIterator<Item = &'a Tile>) ->
             .try_normalize()
             .map(|normal| (place, normal))
     };
-    on_sides.filter_map(|(place, _)| summed(place)).collect()
+    wide.filter_map(|vertex| summed(&own.places[vertex])).collect()
 }
 
 /// The addresses of the tiles around one, those that there can be.
