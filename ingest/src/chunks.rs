@@ -424,6 +424,14 @@ impl Samples for ChunkedRaster {
         self.filled_in(columns, rows).map(Some)
     }
 
+    fn is_coarse(&self, columns: Range<usize>, rows: Range<usize>) -> bool {
+        let is_inside = columns.end <= self.size[0] && rows.end <= self.size[1];
+        is_inside
+            && self
+                .interpolated
+                .has_all(chunks_under(0, self.corner, [&columns, &rows]))
+    }
+
     fn coarse(&self, columns: Range<usize>, rows: Range<usize>) -> Result<Option<Box<dyn CoarseWindow + '_>>> {
         if columns.end > self.size[0] || rows.end > self.size[1] {
             return Ok(None);

@@ -143,6 +143,20 @@ impl Interpolated {
         Ok(Some(rows.flat_map(row).map(height).collect()))
     }
 
+    /// Some chunks and what they follow from, where that is one file for all of them.
+    fn origins(&self, chunks: impl Iterator<Item = ChunkId>) -> Option<Vec<(ChunkId, &Origin)>> {
+        let origins: Vec<(ChunkId, &Origin)> = chunks
+            .map(|id| Some((id, self.chunks.get(&id)?)))
+            .collect::<Option<_>>()?;
+        let is_one = origins.windows(2).all(|pair| pair[0].1.file == pair[1].1.file);
+        is_one.then_some(origins)
+    }
+
+    /// Whether some chunks all follow from one file's samples.
+    pub(crate) fn has_all(&self, chunks: impl Iterator<Item = ChunkId>) -> bool {
+        self.origins(chunks).is_some()
+    }
+
     /// Heights of columns and rows under some chunks, counted from `before` the raster's first; none where they do not all follow from one
     /// file's samples.
     ///
@@ -154,14 +168,12 @@ impl Interpolated {
         before: [usize; 2],
         [columns, rows]: [Range<usize>; 2],
     ) -> Result<Option<Box<dyn CoarseWindow + '_>>> {
-        let origins: Option<Vec<(ChunkId, &Origin)>> = chunks.map(|id| Some((id, self.chunks.get(&id)?))).collect();
-        let Some(origins) = origins else { return Ok(None) };
+        let Some(origins) = self.origins(chunks) else {
+            return Ok(None);
+        };
         let Some(&(first, Origin { file, samples })) = origins.first() else {
             return Ok(None);
         };
-        if origins.iter().any(|(_, origin)| origin.file != *file) {
-            return Ok(None);
-        }
         let union = |a: &Range<usize>, b: &Range<usize>| a.start.min(b.start)..a.end.max(b.end);
         let own = origins.iter().fold(samples.clone(), |all, (_, origin)| {
             [0, 1].map(|axis| union(&all[axis], &origin.samples[axis]))
@@ -336,9 +348,7 @@ impl OwnWindow {
         let (above, below) = (along(row), along(row + 1));
         above + (below - above) * share.y
     }
-}
 
-impl OwnWindow {
     /// Metres by which samples side by side differ at most: in a row, in a column.
     fn steepest(&self) -> DVec2 {
         let width = self.columns.len();

@@ -229,7 +229,12 @@ pub trait Samples: Sync {
     /// Whether some sample in these columns and rows may have a height, as far as that is known without reading them.
     fn may_hold(&self, columns: Range<usize>, rows: Range<usize>) -> bool;
 
-    /// Heights in these columns and rows where all of them follow from samples that are much farther apart; else none.
+    /// Whether all samples in these columns and rows follow from others that are much farther apart.
+    fn is_coarse(&self, _columns: Range<usize>, _rows: Range<usize>) -> bool {
+        false
+    }
+
+    /// Heights in these columns and rows where [`Self::is_coarse`]; else none.
     ///
     /// # Errors
     /// When those cannot be read.

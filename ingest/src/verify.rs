@@ -88,7 +88,7 @@ fn block_side(memory: u64) -> usize {
 
 fn check(tiles: &dyn Tiles, source: Source, block_side: usize, progress: &Progress) -> Result<ArchiveReport> {
     let exist: BTreeSet<TileAddress> = tiles.addresses().into_iter().collect();
-    let blocks = source.blocks(&source.whole(), block_side, |block| source.may_hold(block))?;
+    let blocks = source.blocks(&source.whole(), block_side, |block| source.may_hold(block));
     let outline = SourceOutline::new(source, block_side)?;
     let metadata = tiles.metadata();
     let measure = Measure {

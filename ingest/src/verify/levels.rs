@@ -204,7 +204,7 @@ impl TileCheck<'_> {
         let Measure { source, block_side, .. } = self.measure;
         let blocks = source.blocks(&region, *block_side, |block| {
             source.may_hold(block) || is_under(levels, block)
-        })?;
+        });
         let of_block = |block: &Block| self.block(block, &region, levels);
         let nothing = || vec![Figures::default(); levels.len()];
         let worse = |a: Vec<Figures>, b: Vec<Figures>| Ok(a.into_iter().zip(b).map(|(a, b)| a.max(b)).collect());

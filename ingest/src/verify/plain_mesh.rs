@@ -102,7 +102,7 @@ fn measure(
 ) -> Result<Vec<Violation>> {
     let surface = in_grid(mesh, source);
     let is_wanted = |block: &Block| source.may_hold(block) || surface.over(block).next().is_some();
-    let blocks = source.blocks(&source.whole(), block_side, is_wanted)?;
+    let blocks = source.blocks(&source.whole(), block_side, is_wanted);
     let found = blocks.par_iter().map(|block| in_block(source, &surface, block));
     let found = found.try_reduce(Found::default, |a, b| Ok(a.add(b)))?;
     let anywhere = found.at_samples.max(found.along_edges);
@@ -189,7 +189,7 @@ fn in_block(source: &Source, surface: &Surface, block: &Block) -> Result<Found> 
     };
     Ok(Found {
         at_samples,
-        along_edges: along_edges(&Raster, &patch, surface, Worst::default()),
+        along_edges: along_edges(&Raster, &patch, surface, at_samples),
         left_out: wrong(Post::Surface, true),
         invented: wrong(Post::Void, false),
     })

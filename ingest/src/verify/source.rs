@@ -52,13 +52,15 @@ impl<'a> Source<'a> {
 
     /// Whether there may be a sample in `block` or next to it.
     pub(super) fn may_hold(&self, block: &Block) -> bool {
-        let around = |range: &Range<usize>| range.start.saturating_sub(1)..range.end + 1;
         self.samples.may_hold(around(&block.columns), around(&block.rows))
     }
 
     /// The samples of `block` and those around it.
     pub(super) fn patch(&self, block: &Block) -> Result<Patch<'a>> {
-        if let Some(coarse) = self.coarse(block)? {
+        let (columns, rows) = (around(&block.columns), around(&block.rows));
+        if self.is_coarse(block)
+            && let Some(coarse) = self.samples.coarse(columns.clone(), rows.clone())?
+        {
             return Ok(Patch {
                 steepest: Some(f64::from(coarse.steepest())),
                 posts: Posts::around(coarse.around_own(), block),
@@ -66,8 +68,7 @@ impl<'a> Source<'a> {
                 heights: Heights::Coarse(coarse),
             });
         }
-        let around = |range: &Range<usize>| range.start.saturating_sub(1)..range.end + 1;
-        let window = self.samples.window(around(&block.columns), around(&block.rows))?;
+        let window = self.samples.window(columns, rows)?;
         let is_all = window.columns == block.columns.len() + 2 && window.rows == block.rows.len() + 2;
         Ok(Patch {
             block: block.clone(),
@@ -77,27 +78,21 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// The samples of a block and those around it where all follow from others that are much farther apart, and it is worth to know.
-    pub(super) fn coarse(&self, block: &Block) -> Result<Option<Box<dyn CoarseWindow + 'a>>> {
+    /// Whether the samples of a block and those around it all follow from others that are much farther apart, and it is worth to know.
+    pub(super) fn is_coarse(&self, block: &Block) -> bool {
         let is_small = block.columns.len().min(block.rows.len()) < FEW;
-        if is_small || block.columns.start == 0 || block.rows.start == 0 {
-            return Ok(None);
-        }
-        let around = |range: &Range<usize>| range.start - 1..range.end + 1;
-        self.samples.coarse(around(&block.columns), around(&block.rows))
+        let is_first = block.columns.start == 0 || block.rows.start == 0;
+        !is_small && !is_first && self.samples.is_coarse(around(&block.columns), around(&block.rows))
     }
 
     /// Blocks of at most `side` posts a side that are all of `whole` that is wanted; wider and narrower ones where all samples follow from
     /// others that are much farther apart.
-    ///
-    /// # Errors
-    /// When samples cannot be read.
-    pub(super) fn blocks(&self, whole: &Block, side: usize, is_wanted: impl Fn(&Block) -> bool) -> Result<Vec<Block>> {
+    pub(super) fn blocks(&self, whole: &Block, side: usize, is_wanted: impl Fn(&Block) -> bool) -> Vec<Block> {
         let mut blocks = Vec::new();
         let least = whole.columns.len().max(whole.rows.len()).div_ceil(side);
         let length = least.next_power_of_two() * side;
-        self.add_blocks(whole.clone(), length, side, &is_wanted, &mut blocks)?;
-        Ok(blocks)
+        self.add_blocks(whole.clone(), length, side, &is_wanted, &mut blocks);
+        blocks
     }
 
     /// Adds a block of `length` posts a side: whole if it follows from coarse samples, else in quarters, if any of these has such a block.
@@ -109,27 +104,27 @@ impl<'a> Source<'a> {
         side: usize,
         is_wanted: &impl Fn(&Block) -> bool,
         blocks: &mut Vec<Block>,
-    ) -> Result<bool> {
+    ) -> bool {
         /// As many posts are looked at in such a block as in one of `side` where others are four times as far apart.
         const WIDER: usize = 4;
         if !is_wanted(&block) {
-            return Ok(false);
+            return false;
         }
-        let is_coarse = length <= WIDER * side && self.coarse(&block)?.is_some();
+        let is_coarse = length <= WIDER * side && self.is_coarse(&block);
         if is_coarse || length < 2 * FEW {
             blocks.push(block);
-            return Ok(is_coarse);
+            return is_coarse;
         }
         let half = length.div_ceil(2);
         let (before, mut is_any_coarse) = (blocks.len(), false);
         for quarter in block.split(half) {
-            is_any_coarse |= self.add_blocks(quarter, half, side, is_wanted, blocks)?;
+            is_any_coarse |= self.add_blocks(quarter, half, side, is_wanted, blocks);
         }
         if length <= side && !is_any_coarse {
             blocks.truncate(before);
             blocks.push(block);
         }
-        Ok(is_any_coarse)
+        is_any_coarse
     }
 
     /// Whether the cell at a grid position is whole.
@@ -172,6 +167,11 @@ impl<'a> Source<'a> {
             height: 0.0,
         })
     }
+}
+
+/// A range and one on either side, as far as there are any before.
+fn around(range: &Range<usize>) -> Range<usize> {
+    range.start.saturating_sub(1)..range.end + 1
 }
 
 /// A rectangle of posts. The cells whose first post is in it are its cells: blocks side by side share none.
@@ -289,7 +289,7 @@ impl Cell {
 enum Posts {
     All,
     /// By row and column.
-    Some(Vec<(usize, usize)>),
+    Few(Vec<(usize, usize)>),
 }
 
 impl Posts {
@@ -312,7 +312,7 @@ impl Posts {
             .collect();
         posts.sort_unstable();
         posts.dedup();
-        Self::Some(posts)
+        Self::Few(posts)
     }
 }
 
@@ -350,7 +350,7 @@ impl Patch<'_> {
     pub(super) fn posts(&self) -> Vec<(usize, usize)> {
         match &self.posts {
             Posts::All => self.block.posts().collect(),
-            Posts::Some(posts) => posts.iter().map(|&(row, column)| (column, row)).collect(),
+            Posts::Few(posts) => posts.iter().map(|&(row, column)| (column, row)).collect(),
         }
     }
 
@@ -359,7 +359,7 @@ impl Patch<'_> {
         let (first, all, some) = match &self.posts {
             Posts::All if columns.is_empty() => (0, columns, [].as_slice()),
             Posts::All => (self.block.index(columns.start, row), columns, [].as_slice()),
-            Posts::Some(posts) => {
+            Posts::Few(posts) => {
                 let place = |column: usize| posts.partition_point(|&post| post < (row, column));
                 let (start, end) = (place(columns.start), place(columns.end));
                 (start, 0..0, &posts[start..end])

@@ -33,7 +33,7 @@ impl<'a> SourceOutline<'a> {
     /// Looks through all of the source, block by block of `side` posts.
     pub(super) fn new(source: Source<'a>, side: usize) -> Result<Self> {
         let side = side.next_power_of_two().max(SQUARE);
-        let blocks = source.blocks(&source.whole(), side, |block| source.may_hold(block))?;
+        let blocks = source.blocks(&source.whole(), side, |block| source.may_hold(block));
         let squares = blocks.par_iter().map(|block| squares(&source, block));
         let squares: Vec<Vec<Square>> = squares.collect::<Result<_>>()?;
         Ok(Self {
@@ -109,7 +109,7 @@ impl Far for NearOutline<'_> {
 }
 
 fn squares(source: &Source, block: &Block) -> Result<Vec<Square>> {
-    if source.coarse(block)?.is_some() {
+    if source.is_coarse(block) {
         return Ok(Vec::new());
     }
     let patch = source.patch(block)?;

@@ -1,6 +1,6 @@
 //! A service over one small archive, asked without a socket.
 
-#![allow(dead_code, reason = "each test program uses a part of it")]
+#![expect(dead_code, reason = "each test program uses a part of it")]
 
 use std::io::Read;
 use std::path::{Path, PathBuf};

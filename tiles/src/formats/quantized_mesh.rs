@@ -12,10 +12,11 @@
 pub(super) mod bounds;
 mod decode;
 mod encode;
+#[cfg(test)]
+#[path = "quantized_mesh/fixture_tests.rs"]
+mod fixture;
 mod from_tile;
 mod in_mercator;
-#[cfg(test)]
-mod made_tiles;
 mod normals;
 mod square;
 mod validate;

@@ -6,7 +6,7 @@ use std::{env, fs};
 use glam::DVec2;
 use terrain_core::Mesh;
 
-use super::made_tiles::{Random, address, drop_unused, even, grid, tile};
+use super::fixture::{Random, address, drop_unused, even, grid, tile};
 use super::*;
 use crate::address::TileAddress;
 use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};

@@ -1,6 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use super::super::made_tiles::{Random, drop_unused, even, grid, tile};
+use super::super::fixture::{Random, drop_unused, even, grid, tile};
 use super::super::{EXTENT, QuantizedMeshLimits, decode, encode, validate};
 use super::*;
 use crate::address::{Side, standing_for};
