@@ -166,19 +166,14 @@ impl Tileset {
         extensions: Extensions,
     ) -> Result<QuantizedMesh, TileError> {
         let outside = &self.metadata().outside;
-        let mut mesh = match self.tile(address)? {
-            Some(tile) => {
-                let beside = if extensions.normals {
-                    self.tiles_around(address)?
-                } else {
-                    Vec::new()
-                };
-                QuantizedMesh::from_tile(&tile, &beside, outside)
-            }
-            None if self.has_ground(address) => {
-                QuantizedMesh::unmeasured(address, &self.tiles_around(address)?, outside)
-            }
-            None => return Err(TileError::Missing),
+        let tile = self.tile(address)?;
+        if tile.is_none() && !self.has_ground(address) {
+            return Err(TileError::Missing);
+        }
+        let beside = self.tiles_around(address)?;
+        let mut mesh = match tile {
+            Some(tile) => QuantizedMesh::from_tile(&tile, &beside, outside),
+            None => QuantizedMesh::unmeasured(address, &beside, outside),
         };
         mesh.water_mask = self.water_mask(extensions, address);
         Ok(mesh)

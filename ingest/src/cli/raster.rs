@@ -73,7 +73,7 @@ pub(crate) struct RasterArgs {
     /// What becomes of voids that no raster has a height for.
     #[arg(long, value_enum, default_value = "hole")]
     pub(crate) voids: VoidPolicy,
-    /// The widest void that --voids fill fills; if not given, forty cells.
+    /// The widest void that --voids fill fills; if not given, forty cells of the finest raster.
     #[arg(long, value_name = "METRES", value_parser = positive, allow_negative_numbers = true)]
     pub(crate) fill_width: Option<f64>,
     /// Polygons of water (GeoJSON, Shapefile, FlatGeobuf, GeoPackage): the surface is level within each, at the median of the samples

@@ -17,7 +17,9 @@ mod encode;
 mod fixture;
 mod from_tile;
 mod in_mercator;
+mod measured;
 mod normals;
+mod sides;
 mod square;
 mod validate;
 

@@ -1,10 +1,13 @@
 //! Tiles of few triangles for tests.
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 
-use crate::address::TileAddress;
+use super::QuantizedMesh;
+use crate::address::{Rectangle, Side, TileAddress};
 use crate::filled::Filled;
 use crate::tile::{Lineage, Tile};
 
@@ -72,6 +75,37 @@ pub(super) fn even(cells: u32, extent: f64) -> Vec<f64> {
     (0..=cells)
         .map(|line| (extent * f64::from(line) / f64::from(cells)).round())
         .collect()
+}
+
+/// The edges of a mesh's border that lie along a side of its square, upright ones not counted: of both ends billionths of a degree of
+/// longitude and latitude, and metres.
+pub(super) fn border(mesh: &QuantizedMesh, at: impl Into<Rectangle> + Copy, side: Side) -> Vec<[([i64; 2], f64); 2]> {
+    let corners = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+    let directed: HashSet<[u32; 2]> = mesh.triangles.iter().flat_map(corners).collect();
+    let on_side: HashSet<u32> = mesh.edges[side as usize].iter().copied().collect();
+    let end = |vertex: u32| {
+        let place = mesh.geodetic(at, vertex as usize);
+        let plan = [place.longitude, place.latitude].map(|degrees| (degrees * 1e9).round() as i64);
+        (plan, place.height)
+    };
+    let of_border = directed.iter().filter(|&&[a, b]| !directed.contains(&[b, a]));
+    let along = of_border.filter(|edge| edge.iter().all(|vertex| on_side.contains(vertex)));
+    let mut along: Vec<_> = along
+        .map(|&[a, b]| [end(a), end(b)])
+        .filter(|[a, b]| a.0 != b.0)
+        .map(|[a, b]| if a.0 < b.0 { [a, b] } else { [b, a] })
+        .collect();
+    along.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    along
+}
+
+/// How much of two borders does not meet: edges that are at another place, or higher by more than `most` metres.
+pub(super) fn unlike(one: &[[([i64; 2], f64); 2]], other: &[[([i64; 2], f64); 2]], most: f64) -> usize {
+    let pairs = one.iter().zip(other);
+    let is_unlike = |(one, other): (&[([i64; 2], f64); 2], &[([i64; 2], f64); 2])| {
+        (0..2).any(|end| one[end].0 != other[end].0 || (one[end].1 - other[end].1).abs() > most)
+    };
+    one.len().abs_diff(other.len()) + pairs.filter(|&pair| is_unlike(pair)).count()
 }
 
 /// A small generator of random numbers (Numerical Recipes), so that a failure comes again.

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::measured::{Measured, Point};
 use super::normals::shared_normals;
-use super::square::{self, CompletedSquare, Point};
+use super::square::{self, CompletedSquare};
 use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic};
 use crate::address::{Rectangle, Side, TileAddress};
 use crate::ellipsoid::to_earth_centred;
@@ -11,29 +12,28 @@ use crate::outside::Outside;
 use crate::tile::Tile;
 
 impl QuantizedMesh {
-    /// The finest surface of `tile`, completed to its whole square by what is `outside`. Normals along its sides are made from `beside`,
-    /// too: the tiles at [`addresses_around`](super::addresses_around), those that there are.
+    /// The finest surface of `tile`, completed to its whole square by what is `outside`. Along its sides, normals are made from `beside`,
+    /// too, and it has the points that these measured: the tiles at [`addresses_around`](super::addresses_around), those that there are.
     #[must_use]
     pub fn from_tile(tile: &Tile, beside: &[Tile], outside: &Outside) -> Self {
-        Self::from_surface(tile.address.into(), completed(tile, beside, outside), outside)
+        Self::completed(measured(tile, beside), tile.address, beside, outside)
     }
 
     /// What is `outside` over the square of `address`, where nothing is measured; along its sides, what the tiles `beside` it have there.
     #[must_use]
     pub fn unmeasured(address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
-        let columns = 2_i64 << address.zoom;
-        let shared = beside.iter().flat_map(|tile| {
-            let east =
-                (i64::from(tile.address.x) - i64::from(address.x) + columns / 2).rem_euclid(columns) - columns / 2;
-            let north = i64::from(tile.address.y) - i64::from(address.y);
-            square::seen_from([east, north], completed(tile, beside, outside).points)
-        });
+        Self::completed(Measured::nothing(), address, beside, outside)
+    }
+
+    fn completed(own: Measured, address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
+        let around = || {
+            let offsets = beside.iter().map(|tile| (tile, offsets_from(address, tile.address)));
+            offsets
+                .flat_map(|(tile, offsets)| offsets.map(|offset| (offset, measured(tile, beside))))
+                .collect()
+        };
         let rectangle = address.into();
-        Self::from_surface(
-            rectangle,
-            square::unmeasured(rectangle, shared.collect(), outside),
-            outside,
-        )
+        Self::from_surface(rectangle, square::complete(own, around, rectangle, outside), outside)
     }
 
     pub(super) fn from_surface(rectangle: Rectangle, surface: CompletedSquare, outside: &Outside) -> Self {
@@ -76,10 +76,19 @@ impl QuantizedMesh {
     }
 }
 
-fn completed(tile: &Tile, beside: &[Tile], outside: &Outside) -> CompletedSquare {
+fn measured(tile: &Tile, beside: &[Tile]) -> Measured {
     let mesh = tile.surface(tile.finest());
     let normals = shared_normals(tile, &mesh, beside);
-    square::complete(&mesh, &normals, tile.extent_bits, tile.address.into(), outside)
+    Measured::new(&mesh, &normals, tile.extent_bits)
+}
+
+/// How many tiles east and north of one another is, if it is around it; each way if it is on both sides, as the roots are.
+fn offsets_from(address: TileAddress, other: TileAddress) -> impl Iterator<Item = [i64; 2]> {
+    let columns = 2_i64 << address.zoom;
+    let north = i64::from(other.y) - i64::from(address.y);
+    let apart = i64::from(other.x) - i64::from(address.x);
+    let easts = (-1..=1).filter(move |east| (apart - east).rem_euclid(columns) == 0);
+    easts.map(move |east| [east, north])
 }
 
 /// Renumbers the vertices in the order in which the triangles use them, which is what high-water-mark coding wants;

@@ -57,13 +57,14 @@ fn walls_face_the_ground_below_a_plateau_and_the_pit_where_it_is_sunk() {
 #[test]
 fn ground_that_reaches_a_side_is_listed_with_the_step_in_order() {
     let lines = even(8, 32_768.0);
-    // Measured from the middle northwards: the west side has ground up to there, both at the middle, measured beyond.
-    let tile = tile(
-        address(12, 0, 0),
-        15,
-        &grid(&lines, &lines, |_, _| 50.0, |_, row| row >= 4),
-    );
-    let mesh = through_bytes(&tile);
+    // Measured from the middle northwards, and so beside it: both sides have ground up to there, both at the middle, measured beyond.
+    let at = |x: u32| {
+        let mesh = grid(&lines, &lines, |_, _| 50.0, |_, row| row >= 4);
+        tile(address(12, x, 0), 15, &drop_unused(&mesh))
+    };
+    let (tile, beside) = (at(1), [at(0), at(2)]);
+    let mesh = QuantizedMesh::from_tile(&tile, &beside, &Outside::Ellipsoid);
+    assert_eq!(validate(&mesh, tile.address), Ok(()));
     let step = |side: usize| -> Vec<(u16, f64)> {
         let vertex = |&index: &u32| {
             (

@@ -13,8 +13,9 @@ use glam::{DVec2, DVec3};
 use terrain_core::Mesh;
 
 use super::QuantizedMesh;
+use super::measured::Measured;
 use super::normals::{addresses_around, shared_normals};
-use super::square::{self, CompletedSquare};
+use super::square;
 use crate::address::{Rectangle, TileAddress};
 use crate::ellipsoid::to_geodetic;
 use crate::mercator;
@@ -65,14 +66,13 @@ impl QuantizedMesh {
     /// [`addresses_for`], as far as there are any.
     #[must_use]
     pub fn in_mercator(tile: SquareTile, tiles: &[Tile], outside: &Outside) -> Self {
+        let around = || {
+            beside(tile)
+                .map(|(offset, other)| (offset, measured(other, tiles)))
+                .collect()
+        };
         let rectangle = tile.into();
-        let surface = completed(tile, tiles, outside).unwrap_or_else(|| {
-            let shared = beside(tile).flat_map(|(offset, other)| {
-                let points = completed(other, tiles, outside).map(|surface| surface.points);
-                square::seen_from(offset, points.unwrap_or_default())
-            });
-            square::unmeasured(rectangle, shared.collect(), outside)
-        });
+        let surface = square::complete(measured(tile, tiles), around, rectangle, outside);
         Self::from_surface(rectangle, surface, outside)
     }
 }
@@ -91,14 +91,13 @@ fn beside(tile: SquareTile) -> impl Iterator<Item = ([i64; 2], SquareTile)> {
         })
 }
 
-/// What is measured over a tile, and what completes it; none where nothing is measured.
-fn completed(tile: SquareTile, tiles: &[Tile], outside: &Outside) -> Option<CompletedSquare> {
+/// What is measured over a tile.
+fn measured(tile: SquareTile, tiles: &[Tile]) -> Measured {
     let mut cut = Cut::new(tile);
     for surface in tiles {
         cut.add(surface, tiles);
     }
-    let Cut { mesh, normals, .. } = cut;
-    (!mesh.triangles.is_empty()).then(|| square::complete(&mesh, &normals, LATTICE_BITS, tile.into(), outside))
+    Measured::new(&cut.mesh, &cut.normals, LATTICE_BITS)
 }
 
 /// A corner of a triangle that is being cut.

@@ -1,8 +1,9 @@
 //! A surface on the lattice becomes one on the tile's 32,768 × 32,768 coordinates that covers the whole square.
 //!
 //! ```text
-//! round the vertices; those that meet become one
-//! where the outline leaves the square's sides: add ground points, in a grid, outside it
+//! round the vertices; those that meet become one                                                            measured.rs
+//! where the outline leaves the square's sides: add ground points outside it, in a grid,
+//! and on the sides the points that tiles beside have there                                                   sides.rs
 //! constrained Delaunay triangulation of all points, with the outline and then the mesh's edges as constraints
 //! triangles inside the rounded outline are measured, the others ground
 //! if the ground does not go on from the data: ground triangles get corners of their own, at its height there,
@@ -16,26 +17,16 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::DVec3;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
-use terrain_core::Mesh;
 
 use super::EXTENT;
+use super::measured::{Measured, Outline, Point, directed_edges, is_counter_clockwise};
+use super::sides::Sides;
 use crate::address::Rectangle;
 use crate::outside::Outside;
 
 /// Cells along a tile's side in which it is looked up what is outside, at most.
 const MOST_CELLS: f64 = 64.0;
-
-/// A vertex: plan position in coordinates of the format, height in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Point {
-    pub(super) u: u16,
-    pub(super) v: u16,
-    pub(super) height: f64,
-    /// Earth-centred unit normal, of measured ones.
-    pub(super) normal: Option<DVec3>,
-}
 
 /// A surface over the whole square.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,35 +38,52 @@ pub(super) struct CompletedSquare {
     pub(super) measured: u32,
 }
 
-/// Completes `mesh`, on a lattice of 2^`extent_bits` units a side, with a normal for each vertex, to the whole `rectangle` of a tile by
-/// what is `outside`.
+/// Completes what is `measured` to the whole `rectangle` of a tile by what is `outside`. `beside` gives what is measured in the tiles
+/// around, and how many tiles east and north of it they are; it is asked if the data end in this tile.
 pub(super) fn complete(
-    mesh: &Mesh,
-    normals: &[DVec3],
-    extent_bits: u8,
+    measured: Measured,
+    beside: impl FnOnce() -> Vec<([i64; 2], Measured)>,
     rectangle: Rectangle,
     outside: &Outside,
 ) -> CompletedSquare {
-    let (mut points, triangles) = snap(mesh, normals, extent_bits);
-    let outline = Outline::of(&points, &mesh.triangles, &triangles);
-    let whole = outline.is_the_square();
-    if whole
-        && triangles
-            .iter()
-            .all(|triangle| is_counter_clockwise(&points, *triangle))
-    {
+    if measured.is_whole_and_sound() {
         // Its triangles cover their border's inside once: there is nothing to mend.
-        return CompletedSquare::measured(points, triangles);
+        return CompletedSquare::measured(measured.points, measured.triangles);
     }
     let height = |[u, v]: [u16; 2]| outside.height_in(rectangle, [u, v], EXTENT);
+    let whole = measured.outline.is_the_square();
+    let sides = if whole {
+        Sides::default()
+    } else {
+        Sides::new(&measured, &beside())
+    };
+    let Measured {
+        mut points,
+        triangles,
+        outline,
+    } = measured;
     if !whole {
+        let mut known: HashSet<[u16; 2]> = points.iter().map(|point| [point.u, point.v]).collect();
+        let mut add = |point: Point| {
+            if known.insert([point.u, point.v]) {
+                points.push(point);
+            }
+        };
+        sides
+            .points
+            .iter()
+            .filter(|point| outline.is_outside([point.u, point.v]))
+            .copied()
+            .for_each(&mut add);
         let cells = ground_cells(rectangle, outside.detail());
-        points.extend(ground_points(&outline, cells).map(|[u, v]| Point {
+        let own = ground_points(&outline, cells).filter(|&place| !sides.has_edge_at(place));
+        let ground = own.map(|[u, v]| Point {
             u,
             v,
             height: height([u, v]),
             normal: None,
-        }));
+        });
+        ground.for_each(&mut add);
     }
     let faces = triangulate(&points, &outline.edges, &triangles);
     let (measured, ground) = faces
@@ -84,49 +92,14 @@ pub(super) fn complete(
     if outside.meets_data() {
         CompletedSquare::beside(points, measured, ground)
     } else {
-        join(points, measured, ground, height)
+        join(points, measured, ground, |point| {
+            if sides.is_raised(point) {
+                point.height
+            } else {
+                height([point.u, point.v])
+            }
+        })
     }
-}
-
-/// The `rectangle` of a tile, where nothing is measured but points that tiles beside it have on its sides.
-pub(super) fn unmeasured(rectangle: Rectangle, shared: Vec<Point>, outside: &Outside) -> CompletedSquare {
-    let sides = [0, EXTENT];
-    // A tile beside has all its points of a side here, but one across a corner has the corner alone.
-    let has = |is_on: &dyn Fn(&Point) -> bool| shared.iter().any(is_on);
-    let columns = sides.map(|side| has(&|point| point.u == side && !sides.contains(&point.v)));
-    let rows = sides.map(|side| has(&|point| point.v == side && !sides.contains(&point.u)));
-    let is_shared =
-        |[u, v]: [u16; 2]| (0..2).any(|end| u == sides[end] && columns[end] || v == sides[end] && rows[end]);
-    let nothing = Outline::of(&[], &[], &[]);
-    let ground = ground_points(&nothing, ground_cells(rectangle, outside.detail())).filter(|&place| !is_shared(place));
-    let own = ground.map(|[u, v]| Point {
-        u,
-        v,
-        height: outside.height_in(rectangle, [u, v], EXTENT),
-        normal: None,
-    });
-    let mut known = HashSet::new();
-    let points: Vec<Point> = shared
-        .into_iter()
-        .chain(own)
-        .filter(|point| known.insert((point.u, point.v)))
-        .collect();
-    let triangles = triangulate(&points, &[], &[]);
-    CompletedSquare::beside(points, Vec::new(), triangles)
-}
-
-/// Those of a tile's points that are on the sides of another one of its zoom, in that one's coordinates: the tile is so many `east` and
-/// `north` of it.
-pub(super) fn seen_from([east, north]: [i64; 2], points: Vec<Point>) -> impl Iterator<Item = Point> {
-    let moved = move |coordinate: u16, squares: i64| {
-        u16::try_from(i64::from(coordinate) + squares * i64::from(EXTENT))
-            .ok()
-            .filter(|&coordinate| coordinate <= EXTENT)
-    };
-    points.into_iter().filter_map(move |point| {
-        let (u, v) = (moved(point.u, east)?, moved(point.v, north)?);
-        Some(Point { u, v, ..point })
-    })
 }
 
 impl CompletedSquare {
@@ -149,133 +122,11 @@ impl CompletedSquare {
     }
 }
 
-/// The points that the mesh's triangles use, rounded, and the triangles on them. Where several vertices fall on one
-/// place, the first from the west, then from the south, gives the height: along a side that is the same one for both
-/// tiles.
-fn snap(mesh: &Mesh, normals: &[DVec3], extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
-    let position = |vertex: u32| mesh.positions[vertex as usize];
-    let mut used = mesh.triangles.as_flattened().to_vec();
-    used.sort_by(|&a, &b| {
-        let (p, q) = (position(a), position(b));
-        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.cmp(&b))
-    });
-    used.dedup();
-    let mut points = Vec::new();
-    let mut places = HashMap::new();
-    let mut numbers = vec![0; mesh.positions.len()];
-    for vertex in used {
-        let (height, normal) = (position(vertex).z, Some(normals[vertex as usize]));
-        let [u, v] = [position(vertex).x, position(vertex).y].map(|coordinate| round(coordinate, extent_bits));
-        numbers[vertex as usize] = *places.entry((u, v)).or_insert_with(|| {
-            points.push(Point { u, v, height, normal });
-            points.len() as u32 - 1
-        });
-    }
-    let triangles = mesh
-        .triangles
-        .iter()
-        .map(|triangle| triangle.map(|vertex| numbers[vertex as usize]))
-        .collect();
-    (points, triangles)
-}
-
-/// A lattice coordinate of 0…2^`extent_bits` in 0…[`EXTENT`]. What is not on a side stays off it. It depends on nothing
-/// but the place on the lattice, so that neighbours round alike.
-fn round(coordinate: f64, extent_bits: u8) -> u16 {
-    let extent = 1_u64 << extent_bits;
-    let lattice = (coordinate as u64).min(extent);
-    let nearest = (lattice * u64::from(EXTENT) + extent / 2) >> extent_bits;
-    let (first, last) = match lattice {
-        0 => (0, 0),
-        _ if lattice == extent => (EXTENT, EXTENT),
-        _ => (1, EXTENT - 1),
-    };
-    (nearest as u16).clamp(first, last)
-}
-
-/// Plan coordinates times three, so that the middle of a triangle is a whole number, too.
-type Triple = (i64, i64);
-
-fn triple(point: Point) -> Triple {
-    (i64::from(point.u) * 3, i64::from(point.v) * 3)
-}
-
-/// The border of the rounded mesh, counter-clockwise around it.
-struct Outline {
-    edges: Vec<[u32; 2]>,
-    lines: Vec<[Triple; 2]>,
-    /// The lines again, in every band of [`BAND`] rows that they touch: an outline may have tens of thousands.
-    bands: Vec<Vec<[Triple; 2]>>,
-}
-
-/// Height of a band, in triple coordinates.
-const BAND: i64 = 3 * 128;
-
-fn band(row: i64) -> usize {
-    (row / BAND) as usize
-}
-
-impl Outline {
-    /// From the mesh's own triangles, which say where its border is, and from the rounded ones on `points`.
-    fn of(points: &[Point], original: &[[u32; 3]], rounded: &[[u32; 3]]) -> Self {
-        let sides: HashSet<[u32; 2]> = original.iter().flat_map(directed_edges).collect();
-        let pairs = original
-            .iter()
-            .flat_map(directed_edges)
-            .zip(rounded.iter().flat_map(directed_edges));
-        let edges: Vec<[u32; 2]> = pairs
-            .filter(|([a, b], [start, end])| !sides.contains(&[*b, *a]) && start != end)
-            .map(|(_, edge)| edge)
-            .collect();
-        let lines: Vec<[Triple; 2]> = edges
-            .iter()
-            .map(|edge| edge.map(|point| triple(points[point as usize])))
-            .collect();
-        let mut bands = vec![Vec::new(); band(3 * i64::from(EXTENT)) + 1];
-        for &line in &lines {
-            let [a, b] = line.map(|(_, row)| band(row));
-            bands[a.min(b)..=a.max(b)].iter_mut().for_each(|band| band.push(line));
-        }
-        Self { edges, lines, bands }
-    }
-
-    /// Whether the mesh covers the whole square: it has a border, all of it on the square's.
-    fn is_the_square(&self) -> bool {
-        let far = 3 * i64::from(EXTENT);
-        let on_side = |[a, b]: &[Triple; 2]| (a.0 == b.0 && a.0 % far == 0) || (a.1 == b.1 && a.1 % far == 0);
-        !self.lines.is_empty() && self.lines.iter().all(on_side)
-    }
-
-    fn contains_middle(&self, points: &[Point], face: [u32; 3]) -> bool {
-        let [a, b, c] = face.map(|point| triple(points[point as usize]));
-        self.winding(((a.0 + b.0 + c.0) / 3, (a.1 + b.1 + c.1) / 3))
-            .is_some_and(|turns| turns > 0)
-    }
-
-    /// How often the outline goes around `point`, exactly; nothing when the point is on it. After D. Sunday, *Inclusion of
-    /// a point in a polygon*, 2001: upward edges with the point to their left less downward ones with it to their right.
-    fn winding(&self, point: Triple) -> Option<i32> {
-        let mut turns = 0;
-        for &[a, b] in &self.bands[band(point.1)] {
-            if point.1 < a.1.min(b.1) || point.1 > a.1.max(b.1) {
-                continue;
-            }
-            let left = (b.0 - a.0) * (point.1 - a.1) - (point.0 - a.0) * (b.1 - a.1);
-            if left == 0 && point.0 >= a.0.min(b.0) && point.0 <= a.0.max(b.0) {
-                return None;
-            }
-            turns += i32::from(a.1 <= point.1 && b.1 > point.1 && left > 0);
-            turns -= i32::from(a.1 > point.1 && b.1 <= point.1 && left < 0);
-        }
-        Some(turns)
-    }
-}
-
 /// Places outside the outline, on a grid of so many cells a side: ground without them would cut through the globe.
 fn ground_points(outline: &Outline, cells: u32) -> impl Iterator<Item = [u16; 2]> {
     let at = move |index: u32| ((index * u32::from(EXTENT) + cells / 2) / cells) as u16;
     let grid = (0..=cells).flat_map(move |row| (0..=cells).map(move |column| [at(column), at(row)]));
-    grid.filter(|&[u, v]| outline.winding((i64::from(u) * 3, i64::from(v) * 3)) == Some(0))
+    grid.filter(|&place| outline.is_outside(place))
 }
 
 /// The same in all tiles of a zoom: cells are 5.6° wide at zoom 0 and shrink to a tile at zoom 10, where they bulge 4 m; or as wide as
@@ -309,18 +160,18 @@ fn triangulate(points: &[Point], outline: &[[u32; 2]], triangles: &[[u32; 3]]) -
         .collect()
 }
 
-/// One surface of measured and ground triangles. A ground triangle's corners are at the ground's height, whatever the measured
-/// surface has there; the wall between them closes the step.
+/// One surface of measured and ground triangles. A ground triangle's corners are at the height of ground there, whatever the measured
+/// surface has; the wall between them closes the step.
 fn join(
     mut points: Vec<Point>,
     measured: Vec<[u32; 3]>,
     ground: Vec<[u32; 3]>,
-    height: impl Fn([u16; 2]) -> f64,
+    height: impl Fn(Point) -> f64,
 ) -> CompletedSquare {
     let mut feet: HashMap<u32, u32> = HashMap::new();
     let mut foot = |top: u32| {
         let point = points[top as usize];
-        let height = height([point.u, point.v]);
+        let height = height(point);
         if point.height == height {
             return top;
         }
@@ -360,14 +211,4 @@ fn join(
 fn wall([a, b]: [u32; 2], [foot_a, foot_b]: [u32; 2]) -> impl Iterator<Item = [u32; 3]> {
     let both = [[a, foot_a, foot_b], [a, foot_b, b]];
     both.into_iter().filter(|[p, q, r]| p != q && q != r && r != p)
-}
-
-fn is_counter_clockwise(points: &[Point], triangle: [u32; 3]) -> bool {
-    let [a, b, c] = triangle.map(|point| triple(points[point as usize]));
-    (b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1) > 0
-}
-
-fn directed_edges(triangle: &[u32; 3]) -> [[u32; 2]; 3] {
-    let [a, b, c] = *triangle;
-    [[a, b], [b, c], [c, a]]
 }

@@ -1,0 +1,61 @@
+//! The sides of a tile, as the tiles around measured them: where data end at a side, the tile across has the same points there.
+
+use std::collections::{HashMap, HashSet};
+
+use super::EXTENT;
+use super::measured::{Measured, Place, Point, seen_at};
+
+/// What tiles beside one measured on its sides.
+#[derive(Default)]
+pub(super) struct Sides {
+    pub(super) points: Vec<Point>,
+    /// The parts of sides along which they end.
+    edges: Vec<[Place; 2]>,
+    /// Ends of edges along sides, these or others at its corners, that are measured in one tile and not in the tile across: both have
+    /// these at the data's height, though ground be elsewhere.
+    raised: HashSet<Place>,
+}
+
+impl Sides {
+    pub(super) fn new(own: &Measured, beside: &[([i64; 2], Measured)]) -> Self {
+        let inside = |along: i64| u16::try_from(along).ok().filter(|&along| along <= EXTENT);
+        let is_on_side = |place: &Place| place.iter().any(|&along| along == 0 || along == i64::from(EXTENT));
+        let points = beside.iter().flat_map(|(offset, tile)| {
+            let places = tile.points.iter().map(|&point| (point, seen_at(*offset, point)));
+            let on_side = places.filter(|(_, place)| is_on_side(place));
+            on_side.filter_map(|(point, [u, v])| {
+                let (u, v) = (inside(u)?, inside(v)?);
+                Some(Point { u, v, ..point })
+            })
+        });
+        let all = beside
+            .iter()
+            .map(|(offset, tile)| (*offset, tile))
+            .chain([([0; 2], own)]);
+        let mut measured: HashMap<[Place; 2], u32> = HashMap::new();
+        for edge in all.flat_map(|(offset, tile)| tile.edges_along_sides(offset)) {
+            let [a, b] = edge;
+            *measured.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+        let of_one = measured.iter().filter(|&(_, &tiles)| tiles == 1);
+        Self {
+            points: points.collect(),
+            edges: beside
+                .iter()
+                .flat_map(|(offset, tile)| tile.edges_along_sides(*offset))
+                .collect(),
+            raised: of_one.flat_map(|(edge, _)| *edge).collect(),
+        }
+    }
+
+    pub(super) fn has_edge_at(&self, [u, v]: [u16; 2]) -> bool {
+        let place = [i64::from(u), i64::from(v)];
+        let is_between = |a: i64, at: i64, b: i64| a.min(b) <= at && at <= a.max(b);
+        let is_at = |[a, b]: &[Place; 2]| (0..2).all(|axis| is_between(a[axis], place[axis], b[axis]));
+        self.edges.iter().any(is_at)
+    }
+
+    pub(super) fn is_raised(&self, point: Point) -> bool {
+        self.raised.contains(&seen_at([0; 2], point))
+    }
+}
