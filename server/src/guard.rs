@@ -1,14 +1,24 @@
 //! What is refused before anything looks at it: requests whose addressee or end is in doubt, and those without the token.
 
-use axum::extract::Request;
+use axum::extract::{Request, State};
 use axum::http::{HeaderMap, Version, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
 use subtle::ConstantTimeEq;
 
 use crate::failure::Failure;
-use crate::service::Shared;
+use crate::service::{Service, Shared};
 
 /// Where whoever watches over the server asks, who has no token.
 const OPEN: [&str; 2] = ["/healthz", "/readyz"];
+
+/// Lets a request through or refuses it.
+pub(crate) async fn guard(State(service): State<Service>, request: Request, next: Next) -> Response {
+    match check(&service, &request) {
+        Ok(()) => next.run(request).await,
+        Err(failure) => failure.into_response(),
+    }
+}
 
 pub(crate) fn check(service: &Shared, request: &Request) -> Result<(), Failure> {
     check_host(request)?;

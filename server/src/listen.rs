@@ -5,13 +5,15 @@
 //! asked to stop ─▶ accept no more ─▶ let answers end ─▶ leave the rest at the deadline
 //! ```
 
+use std::convert::Infallible;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
+use axum::body::Body;
 use axum::extract::{ConnectInfo, Request};
-use hyper::body::Incoming;
+use axum::response::Response;
+use hyper::body::{Body as _, Incoming};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -20,9 +22,9 @@ use socket2::SockRef;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_io_timeout::TimeoutStream;
-use tower::ServiceExt;
 
 use crate::metrics::Metrics;
+use crate::server::Server;
 use crate::settings::Settings;
 
 /// Bytes of answers that the system keeps for a client before it has sent them. Without a limit there are up to 4 MiB for each that reads
@@ -33,17 +35,13 @@ const OTHER_FILES: u64 = 64;
 /// After a failure to accept, such as too many open files: those that are open end meanwhile.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Answers what comes to `listener` by `router` until `stop` is ready, then at most as long as the settings say.
-pub async fn serve(
-    listener: TcpListener,
-    router: Router,
-    metrics: &Metrics,
-    settings: &Settings,
-    stop: impl Future<Output = ()>,
-) {
+/// Answers what comes to `listener` by `server` until `stop` is ready, then at most as long as the settings say.
+pub async fn serve(listener: TcpListener, server: Server, settings: &Settings, stop: impl Future<Output = ()>) {
     if let Err(error) = SockRef::from(&listener).set_tcp_notsent_lowat(MOST_UNSENT) {
         tracing::warn!("the system does not limit what it keeps for slow readers: {error}");
     }
+    let server = Arc::new(server);
+    let metrics = server.metrics();
     let places = Arc::new(Semaphore::new(most_connections(settings)));
     let connections = GracefulShutdown::new();
     tokio::pin!(stop);
@@ -58,7 +56,13 @@ pub async fn serve(
             metrics: metrics.clone(),
             watcher: connections.watcher(),
         };
-        tokio::spawn(connection.serve(stream, peer, router.clone(), limits(settings), settings.write_timeout));
+        tokio::spawn(connection.serve(
+            stream,
+            peer,
+            Arc::clone(&server),
+            limits(settings),
+            settings.write_timeout,
+        ));
     }
     drop(listener);
     let deadline = Duration::from_secs(settings.stop_within);
@@ -111,6 +115,14 @@ fn limits(settings: &Settings) -> http1::Builder {
     builder
 }
 
+fn body(incoming: Incoming) -> Body {
+    if incoming.is_end_stream() {
+        Body::empty()
+    } else {
+        Body::new(incoming)
+    }
+}
+
 /// One of the places, while it is taken.
 struct Connection {
     place: OwnedSemaphorePermit,
@@ -123,7 +135,7 @@ impl Connection {
         self,
         stream: TcpStream,
         peer: SocketAddr,
-        router: Router,
+        server: Arc<Server>,
         limits: http1::Builder,
         write_timeout: u64,
     ) {
@@ -135,7 +147,8 @@ impl Connection {
         stream.set_write_timeout(Some(Duration::from_secs(write_timeout)));
         let answer = service_fn(move |mut request: Request<Incoming>| {
             request.extensions_mut().insert(ConnectInfo(peer));
-            router.clone().oneshot(request)
+            let server = Arc::clone(&server);
+            async move { Ok::<Response, Infallible>(server.answer(request.map(body)).await) }
         });
         let connection = limits.serve_connection(TokioIo::new(Box::pin(stream)), answer);
         if let Err(error) = self.watcher.watch(connection).await {

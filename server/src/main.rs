@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use clap::Parser;
-use terrain_server::{ACCESS, AccessLog, Catalogue, Given, ModelFile, Settings, Shared, router, serve};
+use terrain_server::{ACCESS, AccessLog, Catalogue, Given, ModelFile, Server, Settings, Shared, serve};
 use tokio::net::TcpListener;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing_appender::non_blocking::WorkerGuard;
@@ -51,7 +51,7 @@ async fn run(given: &Given) -> anyhow::Result<()> {
         .with_context(|| format!("cannot listen on {}", settings.listen))?;
     let address = format!("http://{}{}", listener.local_addr()?, settings.base_path);
     let service = Shared::new(catalogue, models, &settings);
-    let router = router(Arc::clone(&service), &settings)?;
+    let server = Server::new(Arc::clone(&service), &settings)?;
     for name in service.catalogue.names() {
         println!("{name}: {address}/{name}/layer.json");
     }
@@ -63,7 +63,7 @@ async fn run(given: &Given) -> anyhow::Result<()> {
     tokio::spawn(keep_looking(Arc::clone(&service), look, settings.look_every));
     let [interrupt, terminate] = stop;
     let stop = asked_to_stop(Arc::clone(&service), interrupt?, terminate?);
-    serve(listener, router, &service.metrics, &settings, stop).await;
+    serve(listener, server, &settings, stop).await;
     Ok(())
 }
 

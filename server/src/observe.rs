@@ -6,13 +6,10 @@ use std::time::Instant;
 use axum::body::HttpBody;
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::header;
-use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use crate::failure::Failure;
-use crate::guard;
-use crate::remembered::Question;
-use crate::service::Service;
+use crate::service::{Service, Shared};
 
 /// Target of the lines of the access log.
 pub const ACCESS: &str = "access";
@@ -22,54 +19,22 @@ const ROUTES: [&str; 11] = [
     "terrain", "spt", "json", "tilesets", "png", "webp", "height", "profile", "metrics", "healthz", "readyz",
 ];
 
-/// Refuses the request or has it answered; counts the answer, and logs it.
-pub(crate) async fn observe(State(service): State<Service>, request: Request, next: Next) -> Response {
-    let start = Instant::now();
-    let route = route(request.uri().path());
-    let asked = service.has_access_log.then(|| Asked::of(&request));
-    let response = match guard::check(&service, &request) {
-        Ok(()) => answer(&service, request, next).await,
-        Err(failure) => failure.into_response(),
-    };
-    let (elapsed, status) = (start.elapsed(), response.status().as_u16());
-    let bytes = response.body().size_hint().lower();
-    service.metrics.count(route, status, elapsed, bytes);
-    if let Some(Asked {
-        peer,
-        method,
-        uri,
-        agent,
-    }) = asked
-    {
-        let milliseconds = elapsed.as_secs_f64() * 1e3;
-        tracing::info!(target: ACCESS, peer, method, uri, status, bytes, milliseconds, agent);
-    }
-    response
-}
-
-/// From memory, or by whoever knows.
-async fn answer(service: &Service, request: Request, next: Next) -> Response {
-    let Some(question) = Question::of(&request) else {
-        return next.run(request).await;
-    };
-    let epoch = service.catalogue.epoch();
-    if let Some(response) = service.remembered.answer(&question, epoch, &service.bodies) {
-        service.metrics.remembered.inc();
-        return response;
-    }
-    let response = next.run(request).await;
-    service.remembered.keep(question, epoch, &response);
-    response
-}
-
 /// What kind of thing is asked for, by the end of its path: one of a few, whatever is asked.
 fn route(path: &str) -> &'static str {
     let end = path.rsplit(['/', '.']).next().unwrap_or_default();
     ROUTES.into_iter().find(|route| *route == end).unwrap_or("page")
 }
 
+/// A request that is being answered.
+pub(crate) struct Asked {
+    start: Instant,
+    route: &'static str,
+    /// None where there is no access log.
+    line: Option<Line>,
+}
+
 /// What a line of the access log tells of a request.
-struct Asked {
+struct Line {
     peer: String,
     method: String,
     uri: String,
@@ -77,6 +42,33 @@ struct Asked {
 }
 
 impl Asked {
+    pub(crate) fn new(service: &Shared, request: &Request) -> Self {
+        Self {
+            start: Instant::now(),
+            route: route(request.uri().path()),
+            line: service.has_access_log.then(|| Line::of(request)),
+        }
+    }
+
+    /// Counts the answer, and logs it.
+    pub(crate) fn is_answered(self, service: &Shared, response: &Response) {
+        let (elapsed, status) = (self.start.elapsed(), response.status().as_u16());
+        let bytes = response.body().size_hint().lower();
+        service.metrics.count(self.route, status, elapsed, bytes);
+        if let Some(Line {
+            peer,
+            method,
+            uri,
+            agent,
+        }) = self.line
+        {
+            let milliseconds = elapsed.as_secs_f64() * 1e3;
+            tracing::info!(target: ACCESS, peer, method, uri, status, bytes, milliseconds, agent);
+        }
+    }
+}
+
+impl Line {
     fn of(request: &Request) -> Self {
         let peer = request.extensions().get::<ConnectInfo<SocketAddr>>();
         let agent = request

@@ -2,7 +2,7 @@
 //! a look at what the address means.
 //!
 //! ```text
-//! address, Accept, Accept-Encoding ─▶ headers of the answer, and the body's place among the bodies
+//! address, Accept, Accept-Encoding, Origin ─▶ headers of the answer, and the body's place among the bodies
 //! ```
 //! An archive that comes, goes or changes makes all be forgotten, bodies that are no longer in memory one.
 
@@ -34,6 +34,8 @@ pub(crate) struct Question {
     address: PathAndQuery,
     accept: Option<HeaderValue>,
     accept_encoding: Option<HeaderValue>,
+    /// Other pages may be allowed less.
+    origin: Option<HeaderValue>,
 }
 
 impl Question {
@@ -50,6 +52,7 @@ impl Question {
             address: request.uri().path_and_query().filter(|_| is_usual)?.clone(),
             accept: once(header::ACCEPT)?,
             accept_encoding: once(header::ACCEPT_ENCODING)?,
+            origin: once(header::ORIGIN)?,
         })
     }
 }

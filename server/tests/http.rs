@@ -377,12 +377,17 @@ async fn an_operator_may_name_the_pages_that_read_and_the_path_before_all_others
         allow_origin: vec!["http://a.example".to_owned()],
         ..Settings::default()
     });
-    for (origin, allowed) in [("http://a.example", "http://a.example"), ("http://b.example", "")] {
-        let reply = service
-            .ask("GET", "/earth/square/layer.json", &[("origin", origin)])
-            .await;
+    let list = service.get("/earth/tilesets").await.json();
+    let tile = format!("/earth/square/1/0/0.terrain?v={}", list[0]["version"].as_str().unwrap());
+    let pages = [("http://a.example", "http://a.example"), ("http://b.example", "")];
+    // The tile comes from memory the second time.
+    for (path, (origin, allowed)) in ["/earth/square/layer.json", &tile, &tile]
+        .into_iter()
+        .flat_map(|path| pages.map(|page| (path, page)))
+    {
+        let reply = service.ask("GET", path, &[("origin", origin)]).await;
         assert_eq!(reply.status, StatusCode::OK);
-        assert_eq!(reply.header(header::ACCESS_CONTROL_ALLOW_ORIGIN), allowed);
+        assert_eq!(reply.header(header::ACCESS_CONTROL_ALLOW_ORIGIN), allowed, "{path}");
         let varying: Vec<_> = reply.headers.get_all(header::VARY).iter().collect();
         assert_eq!(varying, ["accept-encoding", "origin"]);
     }

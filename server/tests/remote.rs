@@ -14,7 +14,7 @@ use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use service::{Reply, Service, address, metadata, tile};
-use terrain_server::{Catalogue, Settings, Shared, router};
+use terrain_server::{Catalogue, Server, Settings, Shared};
 use terrain_tiles::archive::{ArchiveError, Writer};
 use terrain_tiles::formats::{LevelLimits, spt};
 
@@ -112,7 +112,7 @@ async fn no_answer_fails_or_is_wrong_while_a_bucket_fails_and_an_archive_is_repl
         let opened = tokio::task::spawn_blocking(|| Catalogue::open(sources)).await.unwrap();
         let shared = Shared::new(opened.unwrap(), Vec::new(), &settings);
         let service = Service {
-            router: router(Arc::clone(&shared), &settings).unwrap(),
+            server: Server::new(Arc::clone(&shared), &settings).unwrap(),
             folder: tempfile::tempdir().unwrap(),
         };
         let (before, after) = (500.0 + f64::from(round), 501.0 + f64::from(round));

@@ -5,7 +5,6 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::{HeaderMap, Request, StatusCode, header};
 use flate2::read::GzDecoder;
@@ -13,7 +12,7 @@ use glam::DVec3;
 use serde_json::Value;
 use tempfile::TempDir;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
-use terrain_server::{Catalogue, ModelFile, Settings, Shared, router};
+use terrain_server::{Catalogue, ModelFile, Server, Settings, Shared};
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
 use terrain_tiles::filled::Filled;
@@ -21,7 +20,6 @@ use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits,
 use terrain_tiles::formats::spt;
 use terrain_tiles::metadata::{Metadata, Source, Zoom};
 use terrain_tiles::tile::{Lineage, Tile};
-use tower::ServiceExt;
 
 #[path = "../empty_archive/mod.rs"]
 mod empty_archive;
@@ -95,7 +93,7 @@ pub(crate) fn write_archive(path: &Path) {
 
 /// The service over one archive called `square`.
 pub(crate) struct Service {
-    pub(crate) router: Router,
+    pub(crate) server: Server,
     pub(crate) folder: TempDir,
 }
 
@@ -147,7 +145,7 @@ impl Service {
         write_archive(&folder.path().join("square.pmtiles"));
         let catalogue = Catalogue::open(vec![folder.path().to_owned()]).unwrap();
         Self {
-            router: router(Shared::new(catalogue, models, &settings), &settings).unwrap(),
+            server: Server::new(Shared::new(catalogue, models, &settings), &settings).unwrap(),
             folder,
         }
     }
@@ -171,7 +169,7 @@ impl Service {
     }
 
     async fn answer(&self, request: Request<Body>) -> Reply {
-        let (parts, body) = self.router.clone().oneshot(request).await.unwrap().into_parts();
+        let (parts, body) = self.server.answer(request).await.into_parts();
         let body = to_bytes(body, 1 << 24).await.unwrap().to_vec();
         Reply {
             status: parts.status,
