@@ -392,11 +392,14 @@ impl Plane<'_> {
         worst: &Worst,
         is_wide: bool,
     ) {
-        let per_squared_side = curvature.in_block(1.0, self.steepness());
+        let steepness = self.steepness();
+        let per_squared_side = curvature.in_block(1.0, steepness);
+        // A sample beside the triangle is compared with the nearest place of its sides, which the plane may be this far above or below.
+        let beside = steepness * BESIDE;
         let sides = self.sides();
         // At a sample, if it is under the triangle.
         let look = |difference: f64, up: DVec3, point: DVec3| {
-            if difference.abs() <= worst.get() {
+            if difference.abs() + beside <= worst.get() {
                 return;
             }
             // A plane may be so steep that it says nothing of what is beside the triangle, however near.
@@ -432,7 +435,7 @@ impl Plane<'_> {
                     look(difference, up, point);
                 }
             }
-            let between = per_squared_side * block.side * block.side;
+            let between = per_squared_side * block.side * block.side + beside;
             let size = (greatest + block.residual[1]).max(-(least + block.residual[0]));
             worst.may_grow(size + between)
                 && !(is_wide && self.is_beside(&sides, curvature, block))
@@ -440,7 +443,7 @@ impl Plane<'_> {
         };
         let nearly = self.nearly(curvature, grid, margin);
         relief.visit_samples(grid, margin, may_matter, |at, height| {
-            if !worst.may_grow(nearly.largest_difference(at, height)) {
+            if !worst.may_grow(nearly.largest_difference(at, height) + beside) {
                 return;
             }
             let (difference, up, point) = self.difference(at, height);

@@ -124,6 +124,24 @@ fn what_is_beyond_the_tip_of_a_wall_is_not_under_it() {
 }
 
 #[test]
+fn a_sample_at_the_tip_of_a_steep_triangle_is_compared_with_the_tip() {
+    let step = DVec2::new(1e-5, -1e-5);
+    let grid = HeightGrid {
+        georeference: GeoReference::wgs84(5, 5, DVec2::new(20.0, 0.0), step),
+        ..raster(5, vec![0.0; 25])
+    };
+    // A plane through the sample that rises 300 m in a cell; the triangle begins a third of a millimetre beside the sample, 9 cm higher.
+    let place =
+        |column: f64, row: f64| (DVec2::new(20.0, 0.0) + step * DVec2::new(column, row)).extend(300.0 * (row - 1.0));
+    let mesh = Mesh {
+        positions: vec![place(2.0, 1.0003), place(1.9, 1.5), place(2.1, 1.5)],
+        triangles: vec![[0, 1, 2]],
+    };
+    let found = error_beyond(&grid, &mesh, Bound::Samples, 0.05).unwrap();
+    assert!((found - 0.09).abs() < 1e-3, "{found} m");
+}
+
+#[test]
 fn places_are_kept_of_the_samples_under_a_tile_alone_and_measure_the_same() {
     let heights = (0..900).map(|index| ((index % 30) as f32 * 0.7).sin() * 40.0 + (index / 30) as f32);
     let grid = raster(30, heights.collect());
