@@ -2,13 +2,15 @@
 //! claimed, nor any point of the line from the chain. Lines that are nearer to each other than that may have one chain.
 //!
 //! ```text
-//! pieces ← where lines are on the source's surface, in a tile's square
-//! near   ← edges of the mesh that are all of them near pieces
-//! chains ← edges of these that hang together; for each piece, the best is what is nearest to all of it
+//! stretches ← lines in a tile's square and around it
+//! pieces    ← where these are on the source's surface, in the square
+//! near      ← edges of the mesh that are all of them near stretches: an edge may go on beyond a piece
+//! chains    ← edges of these that hang together; for each piece, the best is what is nearest to all of it
 //! ```
 //! What is so short that the lattice hardly knows it is let pass.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use anyhow::Result;
 use glam::{DVec2, DVec3};
@@ -18,8 +20,12 @@ use rstar::{AABB, RTree};
 use super::source::{Block, Source};
 use super::source_outline::distance;
 
-/// Cells between points of a line that are looked at.
+/// Cells between points of a line that are looked at, at most.
 const SPACING: f64 = 0.25;
+/// Metres between them, at most: what is straight between is 30 m below the ellipsoid.
+const METRES_APART: f64 = 40_000.0;
+/// Cells around a square in which lines are looked for, at most.
+const MOST_AROUND: f64 = 256.0;
 /// Whole turns around the Earth by which longitudes may differ.
 const TURNS: i32 = 3;
 /// Cells on either side of a point of a line that has surface on both.
@@ -32,6 +38,8 @@ pub(super) struct Lines {
     /// Segments, those of a line one after the other.
     segments: Vec<[DVec2; 2]>,
     by_place: RTree<GeomWithData<Rectangle<[f64; 2]>, usize>>,
+    /// Cells between points that are looked at.
+    spacing: f64,
 }
 
 impl Lines {
@@ -49,44 +57,41 @@ impl Lines {
         let boxed = |(number, [from, to]): (usize, &[DVec2; 2])| {
             GeomWithData::new(Rectangle::from_corners(from.to_array(), to.to_array()), number)
         };
+        let longest = longest_cell(source);
         Self {
             by_place: RTree::bulk_load(segments.iter().enumerate().map(boxed).collect()),
             segments,
+            spacing: SPACING.min(METRES_APART / longest),
         }
     }
 
-    /// The parts of lines in a block that are on the surface and where `is_here` holds.
-    pub(super) fn pieces(
+    /// Lines in a block and so many `metres` around it; pieces are what is in the block, on the surface and where `is_here` holds.
+    pub(super) fn stretches(
         &self,
         source: &Source,
         block: &Block,
+        metres: f64,
         is_here: impl Fn(DVec2) -> bool,
-    ) -> Result<Vec<Piece<DVec2>>> {
-        let [low, high] = [
-            DVec2::new(block.columns.start as f64, block.rows.start as f64) - 1.0,
-            DVec2::new(block.columns.end as f64, block.rows.end as f64) + 1.0,
-        ];
-        let mut pieces = Vec::new();
-        for line in self.points_in([low, high]) {
-            let mut piece = Piece::default();
-            for at in line {
-                if is_here(at) && is_on_surface(source, at)? {
-                    piece.points.push(at);
-                } else if piece.points.is_empty() {
-                    piece.before = Some(at);
-                } else {
-                    let after = Some(at);
-                    pieces.push(Piece { after, ..piece });
-                    piece = Piece {
-                        before: after,
-                        ..Piece::default()
-                    };
+    ) -> Result<Vec<Stretch<DVec2>>> {
+        let first = DVec2::new(block.columns.start as f64, block.rows.start as f64);
+        let last = DVec2::new(block.columns.end as f64, block.rows.end as f64);
+        let cell = source.georeference.cell_metres((first + last) / 2.0).min_element();
+        let around = (1.0 + metres / cell).min(MOST_AROUND);
+        let is_in_block = |at: DVec2| at.cmpge(first - 1.0).all() && at.cmple(last + 1.0).all();
+        let mut stretches = Vec::new();
+        for points in self.points_in([first - around, last + around]) {
+            let mut pieces: Vec<Range<usize>> = Vec::new();
+            for (index, &at) in points.iter().enumerate() {
+                if is_in_block(at) && is_here(at) && is_on_surface(source, at)? {
+                    match pieces.last_mut() {
+                        Some(piece) if piece.end == index => piece.end += 1,
+                        _ => pieces.push(index..index + 1),
+                    }
                 }
             }
-            pieces.push(piece);
+            stretches.push(Stretch { points, pieces });
         }
-        pieces.retain(|piece| !piece.points.is_empty());
-        Ok(pieces)
+        Ok(stretches)
     }
 
     /// Points along lines in a rectangle, those of a stretch one after the other.
@@ -100,7 +105,7 @@ impl Lines {
             let Some([first, last]) = clipped([from, to], rectangle) else {
                 continue;
             };
-            let count = ((to - from).abs().max_element() * (last - first) / SPACING)
+            let count = ((to - from).abs().max_element() * (last - first) / self.spacing)
                 .ceil()
                 .max(1.0);
             let share = |step: i64| first + (last - first) * step as f64 / count;
@@ -116,44 +121,46 @@ impl Lines {
     }
 }
 
-/// A part of a line by its points, and the points of the line just before and after.
-#[derive(Clone, Debug)]
-pub(super) struct Piece<Point> {
-    pub(super) points: Vec<Point>,
-    before: Option<Point>,
-    after: Option<Point>,
+/// Points along a line, and which of them are looked at.
+pub(super) struct Stretch<Point> {
+    points: Vec<Point>,
+    pieces: Vec<Range<usize>>,
 }
 
-impl<Point> Default for Piece<Point> {
-    fn default() -> Self {
-        Self {
-            points: Vec::new(),
-            before: None,
-            after: None,
-        }
+impl<Point> Stretch<Point> {
+    pub(super) fn pieces(&self) -> impl Iterator<Item = &[Point]> {
+        self.pieces.iter().map(|piece| &self.points[piece.clone()])
     }
 }
 
-impl Piece<DVec2> {
+impl Stretch<DVec2> {
     /// The same somewhere else.
-    pub(super) fn placed(&self, place: impl Fn(DVec2) -> DVec3) -> Piece<DVec3> {
-        Piece {
+    pub(super) fn placed(&self, place: impl Fn(DVec2) -> DVec3) -> Stretch<DVec3> {
+        Stretch {
             points: self.points.iter().map(|&at| place(at)).collect(),
-            before: self.before.map(&place),
-            after: self.after.map(&place),
+            pieces: self.pieces.clone(),
         }
     }
 }
 
-impl Piece<DVec3> {
-    /// The line from point to point, from the one before to the one after.
+impl Stretch<DVec3> {
+    /// The line from point to point.
     fn parts(&self) -> Vec<Segment> {
-        let points = [self.before.as_slice(), &self.points, self.after.as_slice()].concat();
-        let points: Vec<[f64; 3]> = points.into_iter().map(|at| at.to_array()).collect();
+        let points: Vec<[f64; 3]> = self.points.iter().map(|at| at.to_array()).collect();
         let mut parts = vec![Line::new(points[0], points[0])];
         parts.extend(points.windows(2).map(|pair| Line::new(pair[0], pair[1])));
         parts
     }
+}
+
+/// Metres along the longest side of a cell in the middle of each of the source's sides and of all.
+fn longest_cell(source: &Source) -> f64 {
+    let last = DVec2::new(source.size()[0] as f64, source.size()[1] as f64) - 1.0;
+    let places = [0.0, 0.5, 1.0]
+        .into_iter()
+        .flat_map(|x| [0.0, 0.5, 1.0].map(|y| DVec2::new(x, y) * last));
+    let sides = places.map(|at| source.georeference.cell_metres(at).max_element());
+    sides.filter(|side| side.is_finite()).fold(f64::MIN_POSITIVE, f64::max)
 }
 
 /// Between which shares of its way a segment is in a rectangle.
@@ -191,9 +198,13 @@ pub(super) struct PlanEdge {
 pub(super) struct Chains(Vec<RTree<Segment>>);
 
 impl Chains {
-    /// Of edges that are all of them within a distance of pieces of lines.
-    pub(super) fn near<'a>(pieces: impl Iterator<Item = &'a Piece<DVec3>>, edges: &[PlanEdge], within: f64) -> Self {
-        let parts = RTree::bulk_load(pieces.flat_map(Piece::parts).collect());
+    /// Of edges that are all of them within a distance of lines.
+    pub(super) fn near<'a>(
+        stretches: impl Iterator<Item = &'a Stretch<DVec3>>,
+        edges: &[PlanEdge],
+        within: f64,
+    ) -> Self {
+        let parts = RTree::bulk_load(stretches.flat_map(Stretch::parts).collect());
         let is_near = |at: [f64; 3]| distance(&parts, DVec3::from(at)) <= within;
         let near: Vec<&PlanEdge> = edges
             .iter()
@@ -204,9 +215,9 @@ impl Chains {
     }
 
     /// How far the farthest point of a piece is from the best chain, and which point; infinite where there is none.
-    pub(super) fn farthest(&self, piece: &Piece<DVec3>) -> (f64, usize) {
+    pub(super) fn farthest(&self, piece: &[DVec3]) -> (f64, usize) {
         let of_chain = |chain: &RTree<Segment>| {
-            let distances = piece.points.iter().map(|&at| distance(chain, at)).zip(0..);
+            let distances = piece.iter().map(|&at| distance(chain, at)).zip(0..);
             distances.fold((0.0, 0), |worst, here| if here.0 > worst.0 { here } else { worst })
         };
         let nearer = |a: (f64, usize), b: (f64, usize)| if b.0 < a.0 { b } else { a };

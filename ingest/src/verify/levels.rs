@@ -18,7 +18,7 @@ use terrain_tiles::pyramid::Summary;
 use terrain_tiles::tile::Tile;
 
 use super::beside::{Beside, around, outline_slack};
-use super::breaklines::{Chains, Lines, Piece};
+use super::breaklines::{Chains, Lines, Stretch};
 use super::deviation::{Worst, along_edges, is_covered, visit_posts};
 use super::drawing::{Drawing, interior_levels, no_surface, unsound};
 use super::drawn::{Level, drawings, earth, levels};
@@ -265,21 +265,24 @@ impl TileCheck<'_> {
             return Ok(());
         };
         let is_here = |at: DVec2| self.square.holds(source.georeference.geographic(at));
-        let pieces = self.measure.lines.pieces(source, &block, is_here)?;
-        let placed = |piece: Piece<DVec2>| {
-            let on_ellipsoid = piece.placed(|at| source.on_ellipsoid(at));
-            (piece.points, on_ellipsoid)
-        };
-        let mut pieces: Vec<(Vec<DVec2>, Piece<DVec3>)> = pieces.into_iter().map(placed).collect();
+        let most = self.tile.outline_errors.iter().copied().fold(0.0, f64::max);
+        let on_grid = self.measure.lines.stretches(source, &block, most, is_here)?;
+        let place = |stretch: &Stretch<DVec2>| stretch.placed(|at| source.on_ellipsoid(at));
+        let stretches: Vec<Stretch<DVec3>> = on_grid.iter().map(place).collect();
         let unit = self.tile.address.degrees() / (1_u64 << self.tile.extent_bits) as f64 * METRES_IN_A_DEGREE;
-        pieces.retain(|(_, Piece { points, .. })| points.iter().any(|at| at.distance(points[0]) > LEAST_LINE * unit));
-        if pieces.is_empty() {
+        let all = on_grid
+            .iter()
+            .flat_map(Stretch::pieces)
+            .zip(stretches.iter().flat_map(Stretch::pieces));
+        let is_long = |points: &[DVec3]| points.iter().any(|at| at.distance(points[0]) > LEAST_LINE * unit);
+        let pieces: Vec<(&[DVec2], &[DVec3])> = all.filter(|(_, points)| is_long(points)).collect();
+        let Some(&(first, _)) = pieces.first() else {
             return Ok(());
-        }
+        };
         for (level, figures) in levels.iter().zip(figures) {
             let edges = plan_edges(&self.earth, &level.surface);
-            let within = self.tile.outline_errors[level.claims] + outline_slack(source, pieces[0].0[0]);
-            let chains = Chains::near(pieces.iter().map(|(_, piece)| piece), &edges, within);
+            let within = self.tile.outline_errors[level.claims] + outline_slack(source, first[0]);
+            let chains = Chains::near(stretches.iter(), &edges, within);
             for (grid, piece) in &pieces {
                 let (metres, index) = chains.farthest(piece);
                 figures.lines.meet(metres, grid[index]);

@@ -8,7 +8,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use rstar::primitives::Line;
 
-use super::breaklines::{Chains, Lines, PlanEdge};
+use super::breaklines::{Chains, Lines, PlanEdge, Stretch};
 use super::deviation::{Worst, along_edges, visit_posts};
 use super::drawing::{Drawing, no_surface};
 use super::mesh_file::{self, Claim};
@@ -136,7 +136,7 @@ fn measure(
 
 /// How far lines are from chains of edges, in cells.
 fn farthest_line(source: &Source, surface: &Surface) -> Result<Worst> {
-    let pieces = Lines::new(source).pieces(source, &source.whole(), |_| true)?;
+    let stretches = Lines::new(source).stretches(source, &source.whole(), 0.0, |_| true)?;
     let part = |at: glam::DVec3| [at.x, at.y, 0.0];
     let edge = |ends: [u32; 2]| PlanEdge {
         ends,
@@ -146,14 +146,13 @@ fn farthest_line(source: &Source, surface: &Surface) -> Result<Worst> {
         )],
     };
     let edges: Vec<PlanEdge> = surface.edges().map(edge).collect();
-    let pieces: Vec<_> = pieces.iter().map(|piece| piece.placed(|at| at.extend(0.0))).collect();
-    let chains = Chains::near(pieces.iter(), &edges, LINES_STRAY);
+    let stretches: Vec<_> = stretches.iter().map(|line| line.placed(|at| at.extend(0.0))).collect();
+    let chains = Chains::near(stretches.iter(), &edges, LINES_STRAY);
     let mut worst = Worst::default();
-    for piece in &pieces {
-        let points = &piece.points;
-        if points.iter().any(|at| at.distance(points[0]) > LEAST_LINE) {
+    for piece in stretches.iter().flat_map(Stretch::pieces) {
+        if piece.iter().any(|at| at.distance(piece[0]) > LEAST_LINE) {
             let (cells, index) = chains.farthest(piece);
-            worst.meet(cells, points[index].truncate());
+            worst.meet(cells, piece[index].truncate());
         }
     }
     Ok(worst)
