@@ -51,7 +51,7 @@ impl Asked {
     }
 
     /// Counts the answer, and logs it.
-    pub(crate) fn is_answered(self, service: &Shared, response: &Response) {
+    pub(crate) fn answered(self, service: &Shared, response: &Response) {
         let (elapsed, status) = (self.start.elapsed(), response.status().as_u16());
         let bytes = response.body().size_hint().lower();
         service.metrics.count(self.route, status, elapsed, bytes);

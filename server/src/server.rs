@@ -51,13 +51,13 @@ impl Server {
     /// Answers a request, counts the answer, and logs it.
     pub async fn answer(&self, request: Request) -> Response {
         let asked = Asked::new(&self.shared, &request);
-        let response = self.from_memory_or_made(request).await;
-        asked.is_answered(&self.shared, &response);
+        let response = self.remembered_or_made(request).await;
+        asked.answered(&self.shared, &response);
         response
     }
 
     /// Without a look at the routes if the same was asked before.
-    async fn from_memory_or_made(&self, request: Request) -> Response {
+    async fn remembered_or_made(&self, request: Request) -> Response {
         let shared = &self.shared;
         let question = Question::of(&request).filter(|_| guard::check(shared, &request).is_ok());
         let epoch = shared.catalogue.epoch();

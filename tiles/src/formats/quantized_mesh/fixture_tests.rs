@@ -77,9 +77,11 @@ pub(super) fn even(cells: u32, extent: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The edges of a mesh's border that lie along a side of its square, upright ones not counted: of both ends billionths of a degree of
-/// longitude and latitude, and metres.
-pub(super) fn border(mesh: &QuantizedMesh, at: impl Into<Rectangle> + Copy, side: Side) -> Vec<[([i64; 2], f64); 2]> {
+/// Longitude and latitude in billionths of a degree, and metres, of both ends.
+pub(super) type BorderEdge = [([i64; 2], f64); 2];
+
+/// The edges of a mesh's border that lie along a side of its square, upright ones not counted.
+pub(super) fn border(mesh: &QuantizedMesh, at: impl Into<Rectangle> + Copy, side: Side) -> Vec<BorderEdge> {
     let corners = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
     let directed: HashSet<[u32; 2]> = mesh.triangles.iter().flat_map(corners).collect();
     let on_side: HashSet<u32> = mesh.edges[side as usize].iter().copied().collect();
@@ -100,9 +102,9 @@ pub(super) fn border(mesh: &QuantizedMesh, at: impl Into<Rectangle> + Copy, side
 }
 
 /// How much of two borders does not meet: edges that are at another place, or higher by more than `most` metres.
-pub(super) fn unlike(one: &[[([i64; 2], f64); 2]], other: &[[([i64; 2], f64); 2]], most: f64) -> usize {
+pub(super) fn unlike(one: &[BorderEdge], other: &[BorderEdge], most: f64) -> usize {
     let pairs = one.iter().zip(other);
-    let is_unlike = |(one, other): (&[([i64; 2], f64); 2], &[([i64; 2], f64); 2])| {
+    let is_unlike = |(one, other): (&BorderEdge, &BorderEdge)| {
         (0..2).any(|end| one[end].0 != other[end].0 || (one[end].1 - other[end].1).abs() > most)
     };
     one.len().abs_diff(other.len()) + pairs.filter(|&pair| is_unlike(pair)).count()
