@@ -122,29 +122,28 @@ export function set(id: "pixels" | "wireframe" | "tile-levels", value: number | 
   control.dispatchEvent(new Event("input"));
 }
 
-/** Shows the name, or a choice where there are several tilesets. */
-export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tileset: Tileset) => void): void {
+/** Offers a choice where there are several tilesets, and gives back what chooses one; then its name is shown, and it is opened. */
+export function offer(tilesets: readonly Tileset[], open: (tileset: Tileset) => void): (tileset: Tileset) => void {
   const select = element("tileset", HTMLSelectElement);
   select.append(...tilesets.map(({ name }) => new Option(name)));
   select.hidden = tilesets.length < 2;
-  const showHeights = (tileset?: Tileset) => {
-    setText("name", tileset?.name ?? "");
-    setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
-    input("light").disabled = tileset?.source.normals === undefined;
-    showWhere(tileset !== undefined && isLocal(tileset.metadata));
-    heights = tileset?.metadata.heights ?? heights;
-    isSeaBelow = tileset !== undefined && hasSeaFloor(tileset.metadata);
+  const choose = (tileset: Tileset) => {
+    const { name, metadata, source } = tileset;
+    select.selectedIndex = tilesets.indexOf(tileset);
+    setText("name", name);
+    setText("heights", heightsAbove(metadata));
+    input("light").disabled = source.normals === undefined;
+    showWhere(isLocal(metadata));
+    heights = metadata.heights;
+    isSeaBelow = hasSeaFloor(metadata);
     showLegend(element("style", HTMLSelectElement).selectedIndex, heights, isSeaBelow);
+    open(tileset);
   };
-  select.selectedIndex = tilesets.indexOf(first);
-  showHeights(first);
   select.addEventListener("change", () => {
-    const chosen = tilesets[select.selectedIndex];
     select.blur();
-    showHeights(chosen);
-    set("tile-levels", false);
-    if (chosen !== undefined) open(chosen);
+    choose(tilesets[select.selectedIndex]!);
   });
+  return choose;
 }
 
 /** What is nowhere on the Earth has no north, and no imagery. */

@@ -13,7 +13,7 @@ import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts"
 import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
-import { distanceTo, solidAngle } from "./oriented_box.ts";
+import { distanceTo, solidAngle, type OrientedBox } from "./oriented_box.ts";
 import { interiorLevels, type Tile } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
@@ -93,6 +93,8 @@ const LEAST_PIXELS_OF_HEIGHTS = 32;
 const [FROM_ABOVE, EDGE] = [100_000, 1e-6];
 /** By how much triangles are wider where a ray meets none: tiles beside each other round a vertex of their common side apart. */
 const SLACKS = [0, 1e-4];
+/** Data that cover no more than the square of so many pixels are not seen. */
+const SPECK_PIXELS = 4;
 /** Metres, of vertices and of a ray that runs along the side of a box. */
 const ROUNDING = 1;
 
@@ -112,6 +114,8 @@ export class TerrainLayer {
   /** Holds the data, without exaggeration. */
   readonly box: THREE.Box3;
   readonly uniforms: SharedUniforms;
+  /** Holds the data, along east, north and up in their middle. */
+  private readonly dataBox: OrientedBox;
   private readonly store: TileStore;
   private readonly morph = new Morph<Choice>((address) => this.store.get(address));
   private readonly normals: SquareRasters<SquareRaster>;
@@ -138,6 +142,7 @@ export class TerrainLayer {
     // A globe is turned about its axis, with the pole that is in the data, or the northern one, on top.
     this.frame = new Frame(longitude, isGlobe(tileset.metadata) ? (latitude < 0 ? -90 : 90) : latitude);
     this.box = this.frame.box(bounds, heights);
+    this.dataBox = this.frame.orientedBox(bounds, heights);
     this.uniforms = {
       exaggeration: { value: 1 },
       baseHeight: { value: heights[0] },
@@ -202,6 +207,14 @@ export class TerrainLayer {
       }
     }
     return undefined;
+  }
+
+  /** Whether a camera of the same scene sees any data, and more than a speck of them, in a picture so many pixels high. */
+  isInSight(from: THREE.PerspectiveCamera, pixelsHigh: number): boolean {
+    const camera = this.seenFrom(from, pixelsHigh);
+    const pixels = (Math.sqrt(solidAngle(this.dataBox, camera.eye)) * pixelsHigh) / (2 * halfHeightOf(from));
+    const isNear = distanceTo(this.dataBox, camera.eye) === 0;
+    return new Sight(camera).sees(this.dataBox) && (isNear || pixels >= SPECK_PIXELS);
   }
 
   /** Pieces of the contour lines of the tiles that are in sight, where they are drawn. */
@@ -344,9 +357,8 @@ export class TerrainLayer {
     this.group.updateWorldMatrix(true, false);
     const toFrame = this.group.matrixWorld.clone().invert();
     const toClip = from.projectionMatrix.clone().multiply(from.matrixWorldInverse).multiply(this.group.matrixWorld);
-    const halfHeight = Math.tan(THREE.MathUtils.degToRad(from.getEffectiveFOV() / 2));
     const { x: lowest, y: highest } = this.uniforms.heights.value;
-    const pixelsPerRadian = pixelsHigh / (2 * halfHeight);
+    const pixelsPerRadian = pixelsHigh / (2 * halfHeightOf(from));
     return {
       eye: new THREE.Vector3().setFromMatrixPosition(from.matrixWorld).applyMatrix4(toFrame),
       pixelsPerRadian: Math.abs(this.uniforms.exaggeration.value) * pixelsPerRadian,
@@ -466,6 +478,11 @@ export class TerrainLayer {
     const pixels = seen.map((moved) => largestMotion(this.store.get(moved.address)!.tile, moved, scale));
     return this.settings.maxPixels / Math.max(...pixels, 1e-6);
   }
+}
+
+/** Of the picture, at a distance of 1. */
+function halfHeightOf(camera: THREE.PerspectiveCamera): number {
+  return Math.tan(THREE.MathUtils.degToRad(camera.getEffectiveFOV() / 2));
 }
 
 /** 1, 2 or 5 times a power of ten, at least `least`. */

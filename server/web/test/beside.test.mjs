@@ -75,6 +75,28 @@ test("styles are those of both, and a link shows both", async () => {
   await other.close();
 });
 
+test("an archive that is far away is said to be, and a click leads there and back", async () => {
+  const local = names.find((name) => name.endsWith("_local"));
+  const far = names.find((name) => name.startsWith("vancouver")) ?? local;
+  await page.selectOption("#beside-tileset", far);
+  await settled();
+  const notice = page.locator("#elsewhere p");
+  const way = far === local ? "" : ": 3,[45]\\d\\d km to the north-west";
+  assert.match(await notice.textContent(), new RegExp(`^${far} is not in sight${way}\\. Go there$`));
+  assert.equal(describe(await pixelsOf(page, RIGHT)).groundShare < 0.1, true);
+  await notice.getByRole("button").click();
+  await settled();
+  assert.ok(describe(await pixelsOf(page, { ...RIGHT, y: 120 })).groundShare > 0.1);
+  assert.ok((await notice.textContent()).startsWith(`${names[0]} is not in sight`));
+  assertAlike(await poses());
+  await notice.getByRole("button").click();
+  await settled();
+  assert.ok(describe(await pixelsOf(page, LEFT)).groundShare > 0.1);
+  await page.selectOption("#beside-tileset", names[1]);
+  await settled();
+  assert.equal(await notice.count(), 0);
+});
+
 test("one view alone has the whole page again", async () => {
   await page.selectOption("#beside-tileset", "–");
   await settled();

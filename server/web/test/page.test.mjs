@@ -206,6 +206,33 @@ test("a link leads to the same view", async () => {
   }
 });
 
+test("a link that only names an archive opens it as it is first seen; an unknown name is said to be", async () => {
+  const names = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json())).then((list) => list.map(({ name }) => name));
+  const other = await quietPage(browser, complaints);
+  const shown = async () => {
+    await other.evaluate(() => window.terrain.settled());
+    const pose = await other.evaluate(() => window.terrain.pose());
+    return [await other.textContent("#name"), ...Object.values(pose).map((number) => number.toFixed(6))];
+  };
+  await other.goto(process.env.TERRAIN_URL);
+  await other.waitForFunction(() => window.terrain !== undefined);
+  await other.selectOption("#tileset", names[1]);
+  const wanted = await shown();
+  await other.goto("about:blank");
+  await other.goto(new URL(`#${names[1]}`, process.env.TERRAIN_URL).href);
+  await other.waitForFunction(() => window.terrain !== undefined);
+  assert.deepEqual(await shown(), wanted);
+  assert.ok(await other.isHidden("#message"));
+  // The page is there already: only its address changes.
+  await other.goto(new URL("#nowhere", process.env.TERRAIN_URL).href);
+  await other.waitForSelector("#message:not([hidden])");
+  assert.equal(await other.textContent("#message"), `There is no tileset “nowhere” here; this is ${names[1]}.`);
+  await other.goto(new URL(`#${names[0]}`, process.env.TERRAIN_URL).href);
+  await other.waitForSelector("#message", { state: "hidden" });
+  assert.equal((await shown())[0], names[0]);
+  await other.close();
+});
+
 test("on a phone the panel is folded and opens", async () => {
   const phone = await browser.newPage({ viewport: { width: 360, height: 640 } });
   await phone.goto(process.env.TERRAIN_URL);
@@ -222,7 +249,7 @@ test("on a phone the panel is folded and opens", async () => {
 /** Of what is on the page, the pairs that cover each other, and what is partly off the page. */
 const overlaps = (shown) =>
   shown.evaluate(() => {
-    const ids = ["panel", "north", "loading", "message", "levels", "measure", "bar"];
+    const ids = ["panel", "north", "loading", "message", "elsewhere", "levels", "measure", "bar"];
     const boxes = ids.map((id) => [id, document.getElementById(id).getBoundingClientRect()]).filter(([, { width }]) => width > 0);
     const isOff = ({ left, top, right, bottom }) => left < 0 || top < 0 || right > innerWidth || bottom > innerHeight;
     const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
