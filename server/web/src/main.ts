@@ -62,6 +62,14 @@ async function start(): Promise<void> {
     const below = (viewer: Viewer | undefined) => ground && viewer?.groundBelow(ground.longitude, ground.latitude);
     hud.showPlace(isBeside ? below(views.main) : ground, coordinates(), datum(), isBeside ? ground : below(views.beside));
   };
+  // However often the pointer moves, one place is looked for a frame: the newest.
+  let nextPlace: number | undefined;
+  const showPlaceSoon = () => {
+    nextPlace ??= requestAnimationFrame(() => {
+      nextPlace = undefined;
+      showPlace();
+    });
+  };
   const keepLink = () => {
     const pose = views.main.pose;
     if (shown !== undefined && pose !== undefined) history.replaceState(null, "", `${location.search}${linkOf(shown.name, pose, coordinates().isLocal)}`);
@@ -76,7 +84,7 @@ async function start(): Promise<void> {
     hud.showLoading(views.all.some(({ isLoading }) => isLoading));
     hud.showMessage(views.all.map(({ failure }) => failure).find((failure) => failure !== undefined) ?? linkFault);
     elsewhere.frameWasDrawn();
-    showPlace();
+    showPlaceSoon();
     measuring.groundMayHaveChanged();
     labels.frameWasDrawn();
     levels.frameWasDrawn();
@@ -86,7 +94,7 @@ async function start(): Promise<void> {
   for (const canvas of canvases) {
     const point = ({ offsetX, offsetY }: PointerEvent) => {
       pointer = { canvas, x: (2 * offsetX) / canvas.clientWidth - 1, y: 1 - (2 * offsetY) / canvas.clientHeight };
-      showPlace();
+      showPlaceSoon();
     };
     canvas.addEventListener("pointermove", point);
     canvas.addEventListener("pointerdown", point);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { changedShare, describe, launch, pixelsOf, quietPage } from "./browser.mjs";
+import { changedShare, describe, launch, pixelsOf, placeText, quietPage } from "./browser.mjs";
 
 const LEFT = { x: 240, y: 0, width: 150, height: 440 };
 const RIGHT = { x: 402, y: 60, width: 390, height: 420 };
@@ -58,7 +58,7 @@ test("whichever view is moved, the other moves with it", async () => {
 
 test("the height under the pointer is told of both", async () => {
   await page.mouse.move(600, 330);
-  assert.match(await page.textContent("#place"), /: [\d.]+ ± [\d.]+ m above .* · beside: [\d.]+ ± [\d.]+ m$/);
+  assert.match(await placeText(page), /: [\d.]+ ± [\d.]+ m above .* · beside: [\d.]+ ± [\d.]+ m$/);
 });
 
 test("styles are those of both, and a link shows both", async () => {

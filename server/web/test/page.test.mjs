@@ -6,7 +6,7 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { changedShare, describe, launch, pixelsOf, quietPage } from "./browser.mjs";
+import { changedShare, describe, launch, pixelsOf, placeText, quietPage } from "./browser.mjs";
 
 /** Of the picture: right of the panel, above the help. */
 const CLIP = { x: 240, y: 0, width: 400, height: 430 };
@@ -180,7 +180,7 @@ test("arrows move the view, + and - bring it nearer and farther", async () => {
 test("the height under the pointer is that of the server, within both errors", async () => {
   await startAnew();
   await page.mouse.move(420, 260);
-  const text = await page.textContent("#place");
+  const text = await placeText(page);
   assert.match(text, /^[\d.]+° N, [\d.]+° W: [\d.]+ ± [\d.]+ m above /);
   const ground = await page.evaluate(() => window.terrain.groundAt(420 / 320 - 1, 1 - 260 / 240));
   const [{ name }] = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json()));
@@ -189,6 +189,23 @@ test("the height under the pointer is that of the server, within both errors", a
   const difference = Math.abs(points[0].height - ground.height);
   console.log({ text, difference });
   assert.ok(difference <= ground.error + points[0].error + 0.01, `${difference} m`);
+});
+
+test("however often the pointer moves before a frame, one place is told: the newest", async () => {
+  await startAnew();
+  await page.mouse.move(420, 260);
+  const newest = await placeText(page);
+  await page.mouse.move(300, 200);
+  await placeText(page);
+  const told = await page.evaluate(async () => {
+    const [canvas, place] = ["view", "place"].map((id) => document.getElementById(id));
+    const texts = [];
+    new MutationObserver((changes) => changes.forEach(() => texts.push(place.textContent))).observe(place, { childList: true });
+    for (let at = 12; at-- > 0;) canvas.dispatchEvent(new PointerEvent("pointermove", { clientX: 420 - 5 * at, clientY: 260 }));
+    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    return texts;
+  });
+  assert.deepEqual(told, [newest]);
 });
 
 test("a link leads to the same view", async () => {
