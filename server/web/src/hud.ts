@@ -14,6 +14,7 @@ import { hasSeaFloor, heightsAbove, isLocal, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
+const TOUCH_HELP = "one finger: orbit · two: move, zoom";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
 /** Pixels: on a narrower page the panel and its parts are folded at first. */
@@ -47,11 +48,13 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
   connectSwitch("tile-levels", "KeyT", (isEnabled) => levels.setEnabled(isEnabled));
   connectSwitch("wireframe", "KeyX", (wireframe) => views.set({ wireframe }));
+  const hasFingers = matchMedia("(pointer: coarse)").matches;
   connectSwitch("flying", "KeyF", (flying) => {
     views.setFlying(flying);
-    setText("help", flying ? FLY_HELP : ORBIT_HELP);
+    setText("help", flying ? FLY_HELP : hasFingers ? TOUCH_HELP : ORBIT_HELP);
   });
   onKey("KeyR", () => views.steer().lookAtAll());
+  element("all", HTMLElement).addEventListener("click", () => views.steer().lookAtAll());
 }
 
 function connectStyles(views: Views): void {
@@ -202,7 +205,8 @@ export function showPlace(ground: GroundPoint | undefined, coordinates: Coordina
 
 function heightOf(ground: GroundPoint): string {
   const metres = ground.height.toFixed(ground.error !== undefined && ground.error < 1 ? 2 : 1);
-  return ground.error === undefined ? `${metres} m (filled)` : `${metres} ${errorOf(ground)}`;
+  const signed = metres.replace("-", "−");
+  return ground.error === undefined ? `${signed} m (filled)` : `${signed} ${errorOf(ground)}`;
 }
 
 /** Of ground that was filled, nothing is certified. */

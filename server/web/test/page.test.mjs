@@ -263,6 +263,25 @@ test("on a phone the panel is folded and opens", async () => {
   await phone.close();
 });
 
+test("fingers are told what they do, and there is a way back to all of the data without a key", async () => {
+  const phone = await browser.newPage({ viewport: { width: 360, height: 640 }, hasTouch: true, isMobile: true });
+  await phone.goto(process.env.TERRAIN_URL);
+  await phone.waitForFunction(() => window.terrain !== undefined);
+  await phone.tap("#panel > summary");
+  await phone.tap("#figures > summary");
+  assert.match(await phone.textContent("#help"), /^one finger: orbit/);
+  const heightAfter = async (act) => {
+    await act();
+    await phone.evaluate(() => window.terrain.settled());
+    return (await phone.evaluate(() => window.terrain.pose())).height;
+  };
+  const first = await heightAfter(() => {});
+  const near = await heightAfter(() => phone.evaluate(() => window.terrain.flyTo(-84.2, 36.3, 500, 2000)));
+  const all = await heightAfter(() => phone.tap("#all"));
+  await phone.close();
+  assert.ok(near < first / 2 && Math.abs(all / first - 1) < 0.01, `${first} m, ${near} m, ${all} m`);
+});
+
 /** Of what is on the page, the pairs that cover each other, and what is partly off the page. */
 const overlaps = (shown) =>
   shown.evaluate(() => {
