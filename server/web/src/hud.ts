@@ -195,12 +195,10 @@ const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
 
 /** Shows the ground under the pointer, or in the middle where there is no pointer; and that of the other view. */
 export function showPlace(ground: GroundPoint | undefined, coordinates: Coordinates, datum: string, beside: GroundPoint | undefined): void {
-  if (ground === undefined) {
-    setText("place", "");
-    return;
-  }
   const above = coordinates.isLocal ? "" : ` above ${datum === "unspecified" ? "an unknown datum" : datum}`;
-  setText("place", `${coordinates.textOf(ground)}: ${heightOf(ground)}${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
+  const heights = [...(ground ? [`${heightOf(ground)}${above}`] : []), ...(beside ? [`beside: ${heightOf(beside)}`] : [])];
+  const place = ground ?? beside;
+  setText("place", place === undefined ? "" : `${coordinates.textOf(place)}: ${heights.join(" · ")}`);
 }
 
 function heightOf(ground: GroundPoint): string {

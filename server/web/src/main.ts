@@ -58,9 +58,12 @@ async function start(): Promise<void> {
   const coordinates = (): Coordinates => (shown !== undefined && isLocal(shown.metadata) ? PLANE_METRES : EARTH);
   const showPlace = () => {
     const isBeside = views.beside !== undefined && pointer.canvas === canvases[1];
-    const ground = (isBeside ? views.beside! : views.main).groundAt(pointer.x, pointer.y);
-    const below = (viewer: Viewer | undefined) => ground && viewer?.groundBelow(ground.longitude, ground.latitude);
-    hud.showPlace(isBeside ? below(views.main) : ground, coordinates(), datum(), isBeside ? ground : below(views.beside));
+    const [under, other] = isBeside ? [views.beside!, views.main] : [views.main, views.beside];
+    const ground = under.groundAt(pointer.x, pointer.y);
+    // The other sees the same in the same place.
+    const place = ground ?? other?.groundAt(pointer.x, pointer.y);
+    const below = (viewer: Viewer | undefined) => (viewer === under ? ground : place && viewer?.groundBelow(place.longitude, place.latitude));
+    hud.showPlace(below(views.main), coordinates(), datum(), below(views.beside));
   };
   // However often the pointer moves, one place is looked for a frame: the newest.
   let nextPlace: number | undefined;

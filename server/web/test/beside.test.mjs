@@ -89,6 +89,8 @@ test("an archive that is far away is said to be, and a click leads there and bac
   assert.ok(describe(await pixelsOf(page, { ...RIGHT, y: 120 })).groundShare > 0.1);
   assert.ok((await notice.textContent()).startsWith(`${names[0]} is not in sight`));
   assertAlike(await poses());
+  await page.mouse.move(600, 330);
+  assert.match(await placeText(page), /^[^:]+: beside: −?[\d.]+ ± [\d.]+ m$/);
   await notice.getByRole("button").click();
   await settled();
   assert.ok(describe(await pixelsOf(page, LEFT)).groundShare > 0.1);
