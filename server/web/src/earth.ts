@@ -5,6 +5,11 @@ import type { Coordinates, Place } from "./coordinates.ts";
 
 const { WGS84 } = geodesic.Geodesic;
 
+/** Degrees from north to the east, from -180 to 180, in which the geodesic to another place begins. */
+export function azimuthOf(from: Place, to: Place): number {
+  return WGS84.Inverse(from.latitude, from.longitude, to.latitude, to.longitude).azi1!;
+}
+
 /** Degrees, and geodesics on the ellipsoid. */
 export const EARTH: Coordinates = {
   isLocal: false,

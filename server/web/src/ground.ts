@@ -22,9 +22,15 @@ export interface DrawnSurface {
   readonly corners: Uint32Array;
   readonly texels: Float32Array;
   readonly places: Uint32Array;
+  readonly vertexCount: number;
   readonly triangleCount: number;
-  /** Which triangles may be met; all, where this is not said. */
-  readonly isCandidate?: (triangle: number) => boolean;
+}
+
+/** Where a ray meets a surface: how far away, the height there, and whether that is in a triangle or only beside one. */
+export interface Hit {
+  readonly distance: number;
+  readonly height: number;
+  readonly isInside: boolean;
 }
 
 const up = new THREE.Vector3();
@@ -35,16 +41,18 @@ export function raised(place: THREE.Vector3, earthCentre: THREE.Vector3, metres:
 }
 
 /**
- * Where a ray first meets the surface, before `farthest`: how far away, and the height there. Triangles are wider by a share, the
- * slack, of their size (after Möller and Trumbore, 1997).
+ * Where a ray first meets the surface, before `farthest`. Where it meets no triangle, they are wider by a share, the slack, of their
+ * size (after Möller and Trumbore, 1997).
  */
 export function firstHit(
-  { origin, direction }: THREE.Ray,
-  { corners, texels, places, triangleCount, isCandidate }: DrawnSurface,
+  ray: THREE.Ray,
+  surface: DrawnSurface,
   raise: (place: THREE.Vector3, height: number) => THREE.Vector3,
   farthest: number,
   slack: number,
-): { distance: number; height: number } | undefined {
+): Hit | undefined {
+  const { origin, direction } = ray;
+  const { corners, texels, places, triangleCount } = surface;
   const a = new THREE.Vector3();
   const toB = new THREE.Vector3();
   const toC = new THREE.Vector3();
@@ -52,9 +60,10 @@ export function firstHit(
   const across = new THREE.Vector3();
   const texelOf = (corner: number) => 4 * places[2 * corners[corner]!]!;
   const placeOf = (texel: number, place: THREE.Vector3) => raise(place.set(texels[texel]!, texels[texel + 1]!, texels[texel + 2]!), texels[texel + 3]!);
-  let found: { distance: number; height: number } | undefined;
+  const offsets = offsetsFrom(ray, surface, placeOf);
+  let [inside, beside]: [Hit | undefined, Hit | undefined] = [undefined, undefined];
   for (let at = 0; at < 3 * triangleCount; at += 3) {
-    if (isCandidate?.(at / 3) === false) continue;
+    if (isAside(offsets, corners, at, 0, slack) || isAside(offsets, corners, at, 1, slack)) continue;
     placeOf(texelOf(at), a);
     placeOf(texelOf(at + 1), toB).sub(a);
     placeOf(texelOf(at + 2), toC).sub(a);
@@ -66,11 +75,47 @@ export function firstHit(
     const c = direction.dot(across) * scale;
     if (!(c >= -slack && b + c <= 1 + slack)) continue;
     const distance = toC.dot(across) * scale;
-    if (!(distance >= 0 && distance < (found?.distance ?? farthest))) continue;
+    const isInside = b >= 0 && c >= 0 && b + c <= 1;
+    if (!(distance >= 0 && distance < ((isInside ? inside : beside)?.distance ?? farthest))) continue;
     const height = texels[texelOf(at) + 3]!;
-    found = { distance, height: height + b * (texels[texelOf(at + 1) + 3]! - height) + c * (texels[texelOf(at + 2) + 3]! - height) };
+    const hit = { distance, height: height + b * (texels[texelOf(at + 1) + 3]! - height) + c * (texels[texelOf(at + 2) + 3]! - height), isInside };
+    if (isInside) inside = hit;
+    else beside = hit;
   }
-  return found;
+  return inside ?? beside;
+}
+
+let scratch = new Float64Array(0);
+
+/**
+ * How far each vertex is from a ray in two directions across it: what leaves away nearly all triangles before they are looked at one by
+ * one. The array is the same for all rays.
+ */
+function offsetsFrom({ origin, direction }: THREE.Ray, { places, vertexCount }: DrawnSurface, placeOf: (texel: number, place: THREE.Vector3) => THREE.Vector3): Float64Array {
+  if (scratch.length < 2 * vertexCount) scratch = new Float64Array(4 * vertexCount);
+  const flattest = Math.abs(direction.x) < 0.7 ? new THREE.Vector3(1, 0, 0) : new THREE.Vector3(0, 1, 0);
+  const one = flattest.cross(direction).normalize();
+  const other = one.clone().cross(direction);
+  const [oneStart, otherStart] = [one.dot(origin), other.dot(origin)];
+  const place = new THREE.Vector3();
+  for (let vertex = 0; vertex < vertexCount; vertex++) {
+    placeOf(4 * places[2 * vertex]!, place);
+    scratch[2 * vertex] = one.dot(place) - oneStart;
+    scratch[2 * vertex + 1] = other.dot(place) - otherStart;
+  }
+  return scratch;
+}
+
+/** Whether a triangle, wider by some shares of its size, is on one side of the ray. */
+function isAside(offsets: Float64Array, corners: Uint32Array, at: number, direction: 0 | 1, slack: number): boolean {
+  const a = offsets[2 * corners[at]! + direction]!;
+  const b = offsets[2 * corners[at + 1]! + direction]!;
+  const c = offsets[2 * corners[at + 2]! + direction]!;
+  const low = a < b ? (a < c ? a : c) : b < c ? b : c;
+  const high = a > b ? (a > c ? a : c) : b > c ? b : c;
+  // Rounding is less than the billionth part.
+  const margin = (4 * slack + 1e-9) * (high - low);
+  return low > margin || high < -margin;
 }
 
 /** Degrees of a place in a frame; after Bowring (1976), which near the ground is right to less than a millimetre. */

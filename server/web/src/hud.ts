@@ -14,6 +14,7 @@ import { hasSeaFloor, heightsAbove, isLocal, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
+const TOUCH_HELP = "one finger: orbit · two: move, zoom";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
 /** Pixels: on a narrower page the panel and its parts are folded at first. */
@@ -47,11 +48,13 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   connectSwitch("measuring", "KeyM", (isEnabled) => measuring.setEnabled(isEnabled));
   connectSwitch("tile-levels", "KeyT", (isEnabled) => levels.setEnabled(isEnabled));
   connectSwitch("wireframe", "KeyX", (wireframe) => views.set({ wireframe }));
+  const hasFingers = matchMedia("(pointer: coarse)").matches;
   connectSwitch("flying", "KeyF", (flying) => {
     views.setFlying(flying);
-    setText("help", flying ? FLY_HELP : ORBIT_HELP);
+    setText("help", flying ? FLY_HELP : hasFingers ? TOUCH_HELP : ORBIT_HELP);
   });
   onKey("KeyR", () => views.steer().lookAtAll());
+  element("all", HTMLElement).addEventListener("click", () => views.steer().lookAtAll());
 }
 
 function connectStyles(views: Views): void {
@@ -122,29 +125,28 @@ export function set(id: "pixels" | "wireframe" | "tile-levels", value: number | 
   control.dispatchEvent(new Event("input"));
 }
 
-/** Shows the name, or a choice where there are several tilesets. */
-export function offer(tilesets: readonly Tileset[], first: Tileset, open: (tileset: Tileset) => void): void {
+/** Offers a choice where there are several tilesets, and gives back what chooses one; then its name is shown, and it is opened. */
+export function offer(tilesets: readonly Tileset[], open: (tileset: Tileset) => void): (tileset: Tileset) => void {
   const select = element("tileset", HTMLSelectElement);
   select.append(...tilesets.map(({ name }) => new Option(name)));
   select.hidden = tilesets.length < 2;
-  const showHeights = (tileset?: Tileset) => {
-    setText("name", tileset?.name ?? "");
-    setText("heights", tileset ? heightsAbove(tileset.metadata) : "");
-    input("light").disabled = tileset?.source.normals === undefined;
-    showWhere(tileset !== undefined && isLocal(tileset.metadata));
-    heights = tileset?.metadata.heights ?? heights;
-    isSeaBelow = tileset !== undefined && hasSeaFloor(tileset.metadata);
+  const choose = (tileset: Tileset) => {
+    const { name, metadata, source } = tileset;
+    select.selectedIndex = tilesets.indexOf(tileset);
+    setText("name", name);
+    setText("heights", heightsAbove(metadata));
+    input("light").disabled = source.normals === undefined;
+    showWhere(isLocal(metadata));
+    heights = metadata.heights;
+    isSeaBelow = hasSeaFloor(metadata);
     showLegend(element("style", HTMLSelectElement).selectedIndex, heights, isSeaBelow);
+    open(tileset);
   };
-  select.selectedIndex = tilesets.indexOf(first);
-  showHeights(first);
   select.addEventListener("change", () => {
-    const chosen = tilesets[select.selectedIndex];
     select.blur();
-    showHeights(chosen);
-    set("tile-levels", false);
-    if (chosen !== undefined) open(chosen);
+    choose(tilesets[select.selectedIndex]!);
   });
+  return choose;
 }
 
 /** What is nowhere on the Earth has no north, and no imagery. */
@@ -193,17 +195,16 @@ const megabytes = (bytes: number) => (bytes / 1e6).toFixed(2);
 
 /** Shows the ground under the pointer, or in the middle where there is no pointer; and that of the other view. */
 export function showPlace(ground: GroundPoint | undefined, coordinates: Coordinates, datum: string, beside: GroundPoint | undefined): void {
-  if (ground === undefined) {
-    setText("place", "");
-    return;
-  }
   const above = coordinates.isLocal ? "" : ` above ${datum === "unspecified" ? "an unknown datum" : datum}`;
-  setText("place", `${coordinates.textOf(ground)}: ${heightOf(ground)}${above}${beside === undefined ? "" : ` · beside: ${heightOf(beside)}`}`);
+  const heights = [...(ground ? [`${heightOf(ground)}${above}`] : []), ...(beside ? [`beside: ${heightOf(beside)}`] : [])];
+  const place = ground ?? beside;
+  setText("place", place === undefined ? "" : `${coordinates.textOf(place)}: ${heights.join(" · ")}`);
 }
 
 function heightOf(ground: GroundPoint): string {
   const metres = ground.height.toFixed(ground.error !== undefined && ground.error < 1 ? 2 : 1);
-  return ground.error === undefined ? `${metres} m (filled)` : `${metres} ${errorOf(ground)}`;
+  const signed = metres.replace("-", "−");
+  return ground.error === undefined ? `${signed} m (filled)` : `${signed} ${errorOf(ground)}`;
 }
 
 /** Of ground that was filled, nothing is certified. */

@@ -21,7 +21,7 @@ function elevationColours(lowest: number, highest: number, hasSeaFloor: boolean)
 
 /** Shows the colours of a style between their ends. */
 export function showLegend(style: number, [lowest, highest]: readonly [number, number], hasSeaFloor: boolean): void {
-  const ends = [[`${Math.floor(lowest)} m`, `${Math.ceil(highest)} m`], ["shade", "sun"], ["0°", "50°"], ["≤ 0.1 m", "≥ 1 km"]];
+  const ends = [[`${Math.floor(lowest)} m`, `${Math.ceil(highest)} m`].map((height) => height.replace("-", "−")), ["shade", "sun"], ["0°", "50°"], ["≤ 0.1 m", "≥ 1 km"]];
   element("legend", HTMLElement).hidden = ends[style] === undefined;
   const [low = "", high = ""] = ends[style] ?? [];
   setText("legend-low", low);

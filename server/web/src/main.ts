@@ -9,6 +9,7 @@ import type { Coordinates } from "./coordinates.ts";
 import { ContourLabels } from "./contour_labels.ts";
 import { EARTH } from "./earth.ts";
 import { element } from "./elements.ts";
+import { Elsewhere } from "./elsewhere.ts";
 import * as hud from "./hud.ts";
 import { PLANE_METRES } from "./local_ground.ts";
 import { Measuring } from "./measuring.ts";
@@ -51,14 +52,26 @@ async function start(): Promise<void> {
   const canvases = [element("view", HTMLCanvasElement), element("beside", HTMLCanvasElement)] as const;
   const nowhere = { canvas: canvases[0], x: 0, y: 0 };
   let [shown, pointer]: [Tileset | undefined, typeof nowhere] = [undefined, nowhere];
+  let linkFault: string | undefined;
   let resting: ReturnType<typeof setTimeout> | undefined;
   const datum = () => (shown === undefined ? "" : datumOf(shown.metadata));
   const coordinates = (): Coordinates => (shown !== undefined && isLocal(shown.metadata) ? PLANE_METRES : EARTH);
   const showPlace = () => {
     const isBeside = views.beside !== undefined && pointer.canvas === canvases[1];
-    const ground = (isBeside ? views.beside! : views.main).groundAt(pointer.x, pointer.y);
-    const below = (viewer: Viewer | undefined) => ground && viewer?.groundBelow(ground.longitude, ground.latitude);
-    hud.showPlace(isBeside ? below(views.main) : ground, coordinates(), datum(), isBeside ? ground : below(views.beside));
+    const [under, other] = isBeside ? [views.beside!, views.main] : [views.main, views.beside];
+    const ground = under.groundAt(pointer.x, pointer.y);
+    // The other sees the same in the same place.
+    const place = ground ?? other?.groundAt(pointer.x, pointer.y);
+    const below = (viewer: Viewer | undefined) => (viewer === under ? ground : place && viewer?.groundBelow(place.longitude, place.latitude));
+    hud.showPlace(below(views.main), coordinates(), datum(), below(views.beside));
+  };
+  // However often the pointer moves, one place is looked for a frame: the newest.
+  let nextPlace: number | undefined;
+  const showPlaceSoon = () => {
+    nextPlace ??= requestAnimationFrame(() => {
+      nextPlace = undefined;
+      showPlace();
+    });
   };
   const keepLink = () => {
     const pose = views.main.pose;
@@ -72,8 +85,9 @@ async function start(): Promise<void> {
     hud.showStats(stats, middle);
     hud.showBearings(middle && viewer.metresPerPixel(middle.distance), viewer.pose?.azimuth ?? 0);
     hud.showLoading(views.all.some(({ isLoading }) => isLoading));
-    hud.showMessage(views.all.map(({ failure }) => failure).find((failure) => failure !== undefined));
-    showPlace();
+    hud.showMessage(views.all.map(({ failure }) => failure).find((failure) => failure !== undefined) ?? linkFault);
+    elsewhere.frameWasDrawn();
+    showPlaceSoon();
     measuring.groundMayHaveChanged();
     labels.frameWasDrawn();
     levels.frameWasDrawn();
@@ -83,23 +97,37 @@ async function start(): Promise<void> {
   for (const canvas of canvases) {
     const point = ({ offsetX, offsetY }: PointerEvent) => {
       pointer = { canvas, x: (2 * offsetX) / canvas.clientWidth - 1, y: 1 - (2 * offsetY) / canvas.clientHeight };
-      showPlace();
+      showPlaceSoon();
     };
     canvas.addEventListener("pointermove", point);
     canvas.addEventListener("pointerdown", point);
+    canvas.addEventListener("pointerdown", () => (linkFault = undefined));
     canvas.addEventListener("pointerleave", () => (pointer = nowhere));
   }
-  const open = (tileset: Tileset) => views.steer().open((shown = tileset));
+  const open = (tileset: Tileset) => {
+    linkFault = undefined;
+    if (shown !== undefined) hud.set("tile-levels", false);
+    views.steer().open((shown = tileset));
+  };
   const measuring = new Measuring(views.main, canvases[0], coordinates, datum);
   const labels = new ContourLabels(views.main, element("contour-labels", HTMLElement));
   const levels = new TileLevels(views.main, canvases[0]);
+  const elsewhere = new Elsewhere(views);
   hud.connect(views, measuring, levels);
   const tilesets = await findTilesets(new URLSearchParams(location.search));
-  const link = readLink(location.hash);
-  const linked = tilesets.find(({ name }) => name === link?.name);
-  hud.offer(tilesets, linked ?? tilesets[0]!, open);
-  open(linked ?? tilesets[0]!);
-  if (linked !== undefined && link !== undefined) views.main.setPose(link.pose);
+  const choose = hud.offer(tilesets, open);
+  const followLink = () => {
+    const link = readLink(location.hash);
+    const linked = tilesets.find(({ name }) => name === link?.name);
+    const wanted = linked ?? shown ?? tilesets[0]!;
+    if (wanted !== shown) choose(wanted);
+    else if (linked !== undefined) views.steer().lookAtAll();
+    if (linked !== undefined && link?.pose !== undefined) views.steer().setPose(link.pose);
+    linkFault = link === undefined || linked !== undefined ? undefined : `There is no tileset “${link.name}” here; this is ${wanted.name}.`;
+    views.main.redraw();
+  };
+  followLink();
+  addEventListener("hashchange", followLink);
   hud.offerBeside(tilesets, (tileset) => views.showBeside(tileset));
   window.terrain = {
     stats: () => views.main.stats(),

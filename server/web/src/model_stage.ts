@@ -77,9 +77,10 @@ export class ModelStage {
   }
 }
 
-/** Shows one line about what is wrong, or takes it away. */
-export function showMessage(message: string | undefined): void {
+/** Shows one line, as what is wrong or as a hint, or takes it away. */
+function showMessage(message: string | undefined, isHint = false): void {
   element("message", HTMLElement).hidden = message === undefined;
+  element("message", HTMLElement).classList.toggle("is-hint", isHint);
   setText("message", message ?? "");
 }
 
@@ -94,7 +95,7 @@ export async function openModels(fileOfServer: string, hint: string, open: Open)
   let count = 0;
   const openFrom = async (bytes: Promise<ArrayBuffer>, name: string) => {
     const number = ++count;
-    showMessage(`Reading ${name} …`);
+    showMessage(`Reading ${name} …`, true);
     try {
       const show = await open(await bytes, name);
       if (number !== count) return;
@@ -120,7 +121,7 @@ export async function openModels(fileOfServer: string, hint: string, open: Open)
   const [model, url] = [query.get("model"), query.get("url")];
   if (model !== null) await openFrom(fetched(`${encodeURIComponent(model)}/${fileOfServer}`), model);
   else if (url !== null) await openFrom(fetched(url), new URL(url, location.href).pathname.split("/").at(-1) ?? url);
-  else showMessage(hint);
+  else showMessage(hint, true);
 }
 
 async function fetched(url: string): Promise<ArrayBuffer> {

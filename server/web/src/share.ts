@@ -1,5 +1,5 @@
 // The view in the page's address, so that a link leads to it: #name/latitude,longitude,height,azimuth,down; of ground that is nowhere on
-// the Earth #name/x,y,height,azimuth,down,m
+// the Earth #name/x,y,height,azimuth,down,m; #name alone is the archive as it is first seen.
 
 import { EARTH } from "./earth.ts";
 import { PLANE_METRES } from "./local_ground.ts";
@@ -13,14 +13,28 @@ export function linkOf(name: string, pose: Pose, isLocal: boolean): string {
   return `#${encodeURIComponent(name)}/${numbers.join(",")}`;
 }
 
-/** What such a part says; undefined where it is none. */
-export function readLink(hash: string): { name: string; pose: Pose } | undefined {
-  const [, name, list, metres] = /^#([^/]+)\/([-\d.,]+?)(,m)?$/.exec(hash) ?? [];
+/** What such a part says; undefined where it names nothing. A pose that is none is left out. */
+export function readLink(hash: string): { name: string; pose: Pose | undefined } | undefined {
+  const [, name, pose] = /^#([^/]+)(?:\/(.*))?$/.exec(hash) ?? [];
+  return name === undefined ? undefined : { name: decoded(name), pose: poseOf(pose ?? "") };
+}
+
+function poseOf(text: string): Pose | undefined {
+  const [, list, metres] = /^([-\d.,]+?)(,m)?$/.exec(text) ?? [];
   const numbers = list?.split(",").map(Number) ?? [];
-  if (name === undefined || numbers.length !== 5 || !numbers.every(Number.isFinite)) return undefined;
+  if (numbers.length !== 5 || !numbers.every(Number.isFinite)) return undefined;
   const [first, second, height, azimuth, down] = numbers as [number, number, number, number, number];
   const { longitude, latitude } = metres === undefined ? EARTH.placeOf([second, first]) : PLANE_METRES.placeOf([first, second]);
   // Far from its middle the plane has no place on the Earth.
   if (!(Math.abs(latitude) <= 90 && Math.abs(longitude) <= 180) || Math.abs(down) > 90) return undefined;
-  return { name: decodeURIComponent(name), pose: { latitude, longitude, height, azimuth, down } };
+  return { latitude, longitude, height, azimuth, down };
+}
+
+/** A percent sign that begins no byte is one. */
+function decoded(name: string): string {
+  try {
+    return decodeURIComponent(name);
+  } catch {
+    return name;
+  }
 }

@@ -7,13 +7,13 @@ import { Frame, tileBounds } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice, type Selection } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
-import { geographic, raised, type GroundPoint } from "./ground.ts";
+import { geographic, raised, type GroundPoint, type Hit } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
 import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
 import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
-import { distanceTo, solidAngle } from "./oriented_box.ts";
+import { distanceTo, solidAngle, type OrientedBox } from "./oriented_box.ts";
 import { interiorLevels, type Tile } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
@@ -92,18 +92,17 @@ const LEAST_PIXELS_OF_HEIGHTS = 32;
 /** Metres above the ellipsoid from where the ground is looked for, and how far beside a tile, in its widths, it may be found. */
 const [FROM_ABOVE, EDGE] = [100_000, 1e-6];
 /** By how much triangles are wider where a ray meets none: tiles beside each other round a vertex of their common side apart. */
-const SLACKS = [0, 1e-4];
+const SLACK = 1e-4;
+/** Data that cover no more than the square of so many pixels are not seen. */
+const SPECK_PIXELS = 4;
 /** Metres, of vertices and of a ray that runs along the side of a box. */
 const ROUNDING = 1;
 
-/** Where a ray meets a tile that is drawn. */
-interface Met {
-  readonly distance: number;
-  readonly height: number;
-  readonly address: Address;
-  /** Of the tile's level, metres. */
-  readonly error: number;
-}
+/** A tile in the scene, and the error of its level, metres. */
+type Drawn = Pick<Choice, "address" | "error">;
+
+/** Where a ray meets one. */
+type Met = Hit & Drawn;
 
 /** A tileset, drawn for a view that moves. */
 export class TerrainLayer {
@@ -112,6 +111,8 @@ export class TerrainLayer {
   /** Holds the data, without exaggeration. */
   readonly box: THREE.Box3;
   readonly uniforms: SharedUniforms;
+  /** Holds the data, along east, north and up in their middle. */
+  private readonly dataBox: OrientedBox;
   private readonly store: TileStore;
   private readonly morph = new Morph<Choice>((address) => this.store.get(address));
   private readonly normals: SquareRasters<SquareRaster>;
@@ -120,7 +121,7 @@ export class TerrainLayer {
   private alone: Choice | undefined;
   private shown = new Map<string, Choice>();
   /** What is in the scene: while the picture changes, not what is shown yet. */
-  private drawn = new Map<string, Pick<Choice, "address" | "error">>();
+  private drawn = new Map<string, Drawn>();
   private blend = { share: 1, step: 1, isRunning: false };
   private lastUpdate = 0;
   /** Whether something has changed since tiles were asked for, and since the picture was chosen. */
@@ -138,6 +139,7 @@ export class TerrainLayer {
     // A globe is turned about its axis, with the pole that is in the data, or the northern one, on top.
     this.frame = new Frame(longitude, isGlobe(tileset.metadata) ? (latitude < 0 ? -90 : 90) : latitude);
     this.box = this.frame.box(bounds, heights);
+    this.dataBox = this.frame.orientedBox(bounds, heights);
     this.uniforms = {
       exaggeration: { value: 1 },
       baseHeight: { value: heights[0] },
@@ -172,36 +174,50 @@ export class TerrainLayer {
 
   /** Where a ray in the scene first meets the ground that is drawn. */
   hit(ray: THREE.Ray): GroundPoint | undefined {
-    const { exaggeration, baseHeight } = this.uniforms;
-    for (const slack of SLACKS) {
-      let nearest: Met | undefined;
-      for (const { address, error } of this.drawn.values()) {
-        const mesh = this.store.get(address)?.mesh;
-        if (mesh === undefined || !ray.intersectsBox(mesh.box.clone().expandByScalar(Math.abs(this.store.raise) + ROUNDING))) continue;
-        const found = mesh.hit(ray, exaggeration.value, baseHeight.value, nearest?.distance ?? Infinity, slack);
-        if (found !== undefined) nearest = { ...found, address, error };
-      }
-      if (nearest !== undefined) return this.groundPoint(ray, nearest);
-    }
-    return undefined;
+    const met = this.firstMet(ray, [...this.drawn.values()]);
+    return met && this.groundPoint(ray, met);
   }
 
   /** The ground that is drawn at a longitude and latitude. */
   groundAt(longitude: number, latitude: number): GroundPoint | undefined {
-    const { exaggeration, baseHeight } = this.uniforms;
     const surface = this.frame.position(longitude, latitude, 0);
     const down = surface.sub(this.frame.position(longitude, latitude, 1)).normalize();
     const ray = new THREE.Ray(this.frame.position(longitude, latitude, FROM_ABOVE), down);
-    for (const slack of SLACKS) {
-      for (const { address, error } of this.drawn.values()) {
-        const degrees = degreesOf(address.zoom);
-        const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
-        if (Math.min(x, y) < -EDGE || Math.max(x, y) > 1 + EDGE) continue;
-        const found = this.store.get(address)?.mesh.hit(ray, exaggeration.value, baseHeight.value, Infinity, slack, [x, y]);
-        if (found !== undefined) return { ...this.groundPoint(ray, { ...found, address, error }), longitude, latitude };
-      }
+    const isAround = ({ address }: Drawn) => {
+      const degrees = degreesOf(address.zoom);
+      const [x, y] = [(longitude + 180) / degrees - address.x, (latitude + 90) / degrees - address.y];
+      return Math.min(x, y) >= -EDGE && Math.max(x, y) <= 1 + EDGE;
+    };
+    const met = this.firstMet(ray, [...this.drawn.values()].filter(isAround));
+    return met && { ...this.groundPoint(ray, met), longitude, latitude };
+  }
+
+  /** Where a ray first meets one of the tiles; where it slips between them, the triangle beside it. The nearest tiles are asked first. */
+  private firstMet(ray: THREE.Ray, tiles: readonly Drawn[]): Met | undefined {
+    const margin = Math.abs(this.store.raise) + ROUNDING;
+    const entry = new THREE.Vector3();
+    const along = tiles.flatMap(({ address, error }) => {
+      const mesh = this.store.get(address)?.mesh;
+      const box = mesh?.box.clone().expandByScalar(margin);
+      if (mesh === undefined || box === undefined || ray.intersectBox(box, entry) === null) return [];
+      return [{ mesh, address, error, from: box.containsPoint(ray.origin) ? 0 : entry.distanceTo(ray.origin) }];
+    });
+    let [met, beside]: [Met | undefined, Met | undefined] = [undefined, undefined];
+    for (const { mesh, address, error, from } of along.sort((a, b) => a.from - b.from)) {
+      if (met !== undefined && from > met.distance) break;
+      const hit = mesh.hit(ray, this.uniforms.exaggeration.value, this.uniforms.baseHeight.value, met?.distance ?? Infinity, SLACK);
+      if (hit?.isInside === true) met = { ...hit, address, error };
+      else if (hit !== undefined && hit.distance < (beside?.distance ?? Infinity)) beside = { ...hit, address, error };
     }
-    return undefined;
+    return met ?? beside;
+  }
+
+  /** Whether a camera of the same scene sees any data, and more than a speck of them, in a picture so many pixels high. */
+  isInSight(from: THREE.PerspectiveCamera, pixelsHigh: number): boolean {
+    const camera = this.seenFrom(from, pixelsHigh);
+    const pixels = (Math.sqrt(solidAngle(this.dataBox, camera.eye)) * pixelsHigh) / (2 * halfHeightOf(from));
+    const isNear = distanceTo(this.dataBox, camera.eye) === 0;
+    return new Sight(camera).sees(this.dataBox) && (isNear || pixels >= SPECK_PIXELS);
   }
 
   /** Pieces of the contour lines of the tiles that are in sight, where they are drawn. */
@@ -344,9 +360,8 @@ export class TerrainLayer {
     this.group.updateWorldMatrix(true, false);
     const toFrame = this.group.matrixWorld.clone().invert();
     const toClip = from.projectionMatrix.clone().multiply(from.matrixWorldInverse).multiply(this.group.matrixWorld);
-    const halfHeight = Math.tan(THREE.MathUtils.degToRad(from.getEffectiveFOV() / 2));
     const { x: lowest, y: highest } = this.uniforms.heights.value;
-    const pixelsPerRadian = pixelsHigh / (2 * halfHeight);
+    const pixelsPerRadian = pixelsHigh / (2 * halfHeightOf(from));
     return {
       eye: new THREE.Vector3().setFromMatrixPosition(from.matrixWorld).applyMatrix4(toFrame),
       pixelsPerRadian: Math.abs(this.uniforms.exaggeration.value) * pixelsPerRadian,
@@ -466,6 +481,11 @@ export class TerrainLayer {
     const pixels = seen.map((moved) => largestMotion(this.store.get(moved.address)!.tile, moved, scale));
     return this.settings.maxPixels / Math.max(...pixels, 1e-6);
   }
+}
+
+/** Of the picture, at a distance of 1. */
+function halfHeightOf(camera: THREE.PerspectiveCamera): number {
+  return Math.tan(THREE.MathUtils.degToRad(camera.getEffectiveFOV() / 2));
 }
 
 /** 1, 2 or 5 times a power of ten, at least `least`. */

@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { degreesOf, type Address } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
-import { firstHit, raised } from "./ground.ts";
+import { firstHit, raised, type Hit } from "./ground.ts";
 import { FILLED_CELLS, filledTexels } from "./filled.ts";
 import { drawnPrefix, isSameDetail, placesOf, type Detail } from "./partition.ts";
 import { movingPrefix, type Moving, type ShownTile } from "./morph.ts";
@@ -162,26 +162,16 @@ export class TileMesh {
     this.pictureLatitudes.value.set(south - base, THREE.MathUtils.degToRad(degreesOf(found.of.zoom)));
   }
 
-  /**
-   * Where a ray in the scene first meets what is drawn. A vertical one is faster if it is told where it goes through the
-   * tile's square, from 0 to 1 eastwards and northwards. Triangles are wider by a share of their size.
-   */
-  hit(
-    ray: THREE.Ray,
-    exaggeration: number,
-    baseHeight: number,
-    farthest: number,
-    slack: number,
-    through?: readonly [number, number],
-  ): { distance: number; height: number } | undefined {
+  /** Where a ray in the scene first meets what is drawn; where it meets no triangle, they are wider by a share of their size. */
+  hit(ray: THREE.Ray, exaggeration: number, baseHeight: number, farthest: number, slack: number): Hit | undefined {
     const centre = this.object.position;
     const own = new THREE.Ray(ray.origin.clone().sub(centre), ray.direction);
     const earthCentre = this.uniforms["earthCentre"]!.value as THREE.Vector3;
     const raise = (place: THREE.Vector3, height: number) => raised(place, earthCentre, (exaggeration - 1) * (height - baseHeight));
+    const { corners, representatives } = this.tile;
     const places = this.places.image.data as Uint32Array;
-    const surface = { corners: this.tile.corners, texels: this.spots.texels, places, triangleCount: this.drawn };
-    const near = through && { isCandidate: (triangle: number) => this.isAround(triangle, through) };
-    return firstHit(own, { ...surface, ...near }, raise, farthest, slack);
+    const surface = { corners, texels: this.spots.texels, places, vertexCount: representatives.length, triangleCount: this.drawn };
+    return firstHit(own, surface, raise, farthest, slack);
   }
 
   /** Where the drawn surface is as high as a multiple of `interval`, as pieces of lines in the frame, without exaggeration. */
@@ -203,23 +193,6 @@ export class TileMesh {
       if (ends.length === 2) pieces.push({ height, ends: [ends[0]!, ends[1]!] });
     }
     return pieces;
-  }
-
-  /** Whether a place of the square is in the rectangle around a triangle, or beside it: edges are not straight in degrees. */
-  private isAround(triangle: number, [x, y]: readonly [number, number]): boolean {
-    const places = this.places.image.data as Uint32Array;
-    const squares = this.spots.inSquare;
-    const placeOf = (corner: number) => 2 * places[2 * this.tile.corners[3 * triangle + corner]!]!;
-    const a = placeOf(0);
-    const b = placeOf(1);
-    const c = placeOf(2);
-    const isWithin = (axis: 0 | 1, at: number) => {
-      const low = Math.min(squares[a + axis]!, squares[b + axis]!, squares[c + axis]!);
-      const high = Math.max(squares[a + axis]!, squares[b + axis]!, squares[c + axis]!);
-      const margin = 0.1 * (high - low) + 1e-6;
-      return at >= low - margin && at <= high + margin;
-    };
-    return isWithin(0, x) && isWithin(1, y);
   }
 
   setWireframe(visible: boolean): void {

@@ -49,6 +49,8 @@ export class TileStore implements Hierarchy {
   /** What went wrong last, in one line; undefined once loading works again, or nothing is missing. */
   failure: string | undefined;
   private readonly loaded = new Map<string, LoadedTile>();
+  /** Tiles that are decoded further, or from the beginning again, than what is drawn of them. */
+  private readonly ahead = new Set<string>();
   private readonly underway = new Map<string, AbortController>();
   private readonly retryAt = new Map<string, number>();
   /** Tiles that are loaded in part, and whose next bytes could not be decoded: they have to begin anew. */
@@ -75,7 +77,7 @@ export class TileStore implements Hierarchy {
 
   /** Whether levels have come in that are to be taken up. */
   get hasMore(): boolean {
-    return [...this.loaded.values()].some(({ decoding, drawable }) => decoding.levelsThere > drawable.there);
+    return this.ahead.size > 0;
   }
 
   exists({ zoom, x, y }: Address): boolean {
@@ -121,11 +123,10 @@ export class TileStore implements Hierarchy {
 
   /** Lets levels be drawn that have come in since. It takes the place of tiles and meshes, so that what is drawn has to be shown anew. */
   takeUp(): void {
-    for (const [key, entry] of this.loaded) {
-      const { tile, levelsThere } = entry.decoding;
-      if (tile === undefined || levelsThere === entry.drawable.there) continue;
-      entry.drawable.mesh.dispose();
-      this.keep(key, entry.decoding, tile);
+    for (const key of this.ahead) {
+      const { decoding, drawable } = this.loaded.get(key)!;
+      drawable.mesh.dispose();
+      this.keep(key, decoding, decoding.tile!);
     }
   }
 
@@ -220,7 +221,11 @@ export class TileStore implements Hierarchy {
     this.broken.delete(key);
     if (this.isClosed || decoding.tile === undefined) tileDecoders.forget(decoding);
     else if (known === undefined) this.keep(key, decoding, decoding.tile);
-    else known.decoding = decoding;
+    else {
+      known.decoding = decoding;
+      if (decoding.levelsThere === known.drawable.there) this.ahead.delete(key);
+      else this.ahead.add(key);
+    }
   }
 
   private keep(key: string, decoding: Decoding, decoded: Tile): void {
@@ -230,6 +235,7 @@ export class TileStore implements Hierarchy {
     const drawable = { ...tile, mesh, filled, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
     this.loaded.set(key, { decoding, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
     this.boxes.set(key, this.boxOf(decoded));
+    this.ahead.delete(key);
   }
 
   /** Holds the tile and all below it: whatever is drawn there is as near to the source as the tile's finest surface is. */
@@ -267,6 +273,7 @@ export class TileStore implements Hierarchy {
     tileDecoders.forget(dropped.decoding);
     dropped.drawable.mesh.dispose();
     this.loaded.delete(key);
+    this.ahead.delete(key);
   }
 
   /** What the metadata say of all tiles of a zoom. */

@@ -111,6 +111,15 @@ export class Viewer {
     this.layer?.set(changes);
   }
 
+  get tileset(): Tileset | undefined {
+    return this.layer?.tileset;
+  }
+
+  /** Whether any data are before the camera, and more than a speck of them. */
+  get hasDataInSight(): boolean {
+    return this.layer?.isInSight(this.camera, this.renderer.domElement.height) ?? true;
+  }
+
   /** Lowest and highest of what is shown, metres. */
   get heights(): readonly [number, number] | undefined {
     return this.layer?.tileset.metadata.heights;

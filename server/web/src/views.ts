@@ -56,6 +56,12 @@ export class Views {
     this.lead(this.main);
   }
 
+  /** Looks at all that one of the views shows; the other moves with it. */
+  lookAtAllOf(viewer: Viewer): void {
+    this.lead(viewer);
+    viewer.lookAtAll();
+  }
+
   /** The main view, which then is the one that moves both. */
   steer(): Viewer {
     this.lead(this.main);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { changedShare, describe, launch, pixelsOf, quietPage } from "./browser.mjs";
+import { changedShare, describe, launch, pixelsOf, placeText, quietPage } from "./browser.mjs";
 
 const LEFT = { x: 240, y: 0, width: 150, height: 440 };
 const RIGHT = { x: 402, y: 60, width: 390, height: 420 };
@@ -58,7 +58,7 @@ test("whichever view is moved, the other moves with it", async () => {
 
 test("the height under the pointer is told of both", async () => {
   await page.mouse.move(600, 330);
-  assert.match(await page.textContent("#place"), /: [\d.]+ ± [\d.]+ m above .* · beside: [\d.]+ ± [\d.]+ m$/);
+  assert.match(await placeText(page), /: [\d.]+ ± [\d.]+ m above .* · beside: [\d.]+ ± [\d.]+ m$/);
 });
 
 test("styles are those of both, and a link shows both", async () => {
@@ -73,6 +73,30 @@ test("styles are those of both, and a link shows both", async () => {
   await other.waitForFunction(() => window.terrain !== undefined);
   assert.equal(await other.textContent("#beside-name"), names[1]);
   await other.close();
+});
+
+test("an archive that is far away is said to be, and a click leads there and back", async () => {
+  const local = names.find((name) => name.endsWith("_local"));
+  const far = names.find((name) => name.startsWith("vancouver")) ?? local;
+  await page.selectOption("#beside-tileset", far);
+  await settled();
+  const notice = page.locator("#elsewhere p");
+  const way = far === local ? "" : ": 3,[45]\\d\\d km to the north-west";
+  assert.match(await notice.textContent(), new RegExp(`^${far} is not in sight${way}\\. Go there$`));
+  assert.equal(describe(await pixelsOf(page, RIGHT)).groundShare < 0.1, true);
+  await notice.getByRole("button").click();
+  await settled();
+  assert.ok(describe(await pixelsOf(page, { ...RIGHT, y: 120 })).groundShare > 0.1);
+  assert.ok((await notice.textContent()).startsWith(`${names[0]} is not in sight`));
+  assertAlike(await poses());
+  await page.mouse.move(600, 330);
+  assert.match(await placeText(page), /^[^:]+: beside: −?[\d.]+ ± [\d.]+ m$/);
+  await notice.getByRole("button").click();
+  await settled();
+  assert.ok(describe(await pixelsOf(page, LEFT)).groundShare > 0.1);
+  await page.selectOption("#beside-tileset", names[1]);
+  await settled();
+  assert.equal(await notice.count(), 0);
 });
 
 test("one view alone has the whole page again", async () => {

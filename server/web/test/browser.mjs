@@ -17,6 +17,12 @@ export async function quietPage(browser, complaints, viewport = { width: 640, he
   return page;
 }
 
+/** What the page says of the ground under the pointer: it looks for that once a frame. */
+export async function placeText(page) {
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  return page.textContent("#place");
+}
+
 /** Pixels of a part of a page as `[r, g, b, a, …]`, decoded by the browser. */
 export async function pixelsOf(page, clip) {
   const png = (await page.screenshot({ clip })).toString("base64");

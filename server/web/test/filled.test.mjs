@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { changedShare, launch, pixelsOf, quietPage } from "./browser.mjs";
+import { changedShare, launch, pixelsOf, placeText, quietPage } from "./browser.mjs";
 
 const CLIP = { x: 240, y: 60, width: 390, height: 380 };
 /** Places that are looked at along each axis. */
@@ -40,7 +40,7 @@ async function saidOf({ longitude, latitude, height }) {
   await page.evaluate(() => window.terrain.settled());
   await page.mouse.move(0, 0);
   await page.mouse.move(320, 240);
-  return page.textContent("#place");
+  return placeText(page);
 }
 
 test("the pointer's height says where the ground was filled, and shows no error there", async () => {

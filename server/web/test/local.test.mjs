@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { launch, quietPage } from "./browser.mjs";
+import { launch, placeText, quietPage } from "./browser.mjs";
 
 const complaints = [];
 let browser, page, name;
@@ -22,7 +22,7 @@ after(() => browser?.close());
 
 test("the place under the pointer is told in metres of the plane, and no datum of the Earth", async () => {
   await page.mouse.move(400, 250);
-  const text = await page.textContent("#place");
+  const text = await placeText(page);
   const [, x, y] = /^x (-?[\d.]+) m, y (-?[\d.]+) m: [\d.]+ ± [\d.]+ m$/.exec(text) ?? assert.fail(text);
   assert.ok(Number(x) > 15000 && Number(x) < 25000 && Number(y) > 12000 && Number(y) < 25000, text);
 });

@@ -6,7 +6,7 @@ import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { changedShare, describe, launch, pixelsOf, quietPage } from "./browser.mjs";
+import { changedShare, describe, launch, pixelsOf, placeText, quietPage } from "./browser.mjs";
 
 /** Of the picture: right of the panel, above the help. */
 const CLIP = { x: 240, y: 0, width: 400, height: 430 };
@@ -180,7 +180,7 @@ test("arrows move the view, + and - bring it nearer and farther", async () => {
 test("the height under the pointer is that of the server, within both errors", async () => {
   await startAnew();
   await page.mouse.move(420, 260);
-  const text = await page.textContent("#place");
+  const text = await placeText(page);
   assert.match(text, /^[\d.]+° N, [\d.]+° W: [\d.]+ ± [\d.]+ m above /);
   const ground = await page.evaluate(() => window.terrain.groundAt(420 / 320 - 1, 1 - 260 / 240));
   const [{ name }] = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json()));
@@ -189,6 +189,23 @@ test("the height under the pointer is that of the server, within both errors", a
   const difference = Math.abs(points[0].height - ground.height);
   console.log({ text, difference });
   assert.ok(difference <= ground.error + points[0].error + 0.01, `${difference} m`);
+});
+
+test("however often the pointer moves before a frame, one place is told: the newest", async () => {
+  await startAnew();
+  await page.mouse.move(420, 260);
+  const newest = await placeText(page);
+  await page.mouse.move(300, 200);
+  await placeText(page);
+  const told = await page.evaluate(async () => {
+    const [canvas, place] = ["view", "place"].map((id) => document.getElementById(id));
+    const texts = [];
+    new MutationObserver((changes) => changes.forEach(() => texts.push(place.textContent))).observe(place, { childList: true });
+    for (let at = 12; at-- > 0;) canvas.dispatchEvent(new PointerEvent("pointermove", { clientX: 420 - 5 * at, clientY: 260 }));
+    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    return texts;
+  });
+  assert.deepEqual(told, [newest]);
 });
 
 test("a link leads to the same view", async () => {
@@ -206,6 +223,33 @@ test("a link leads to the same view", async () => {
   }
 });
 
+test("a link that only names an archive opens it as it is first seen; an unknown name is said to be", async () => {
+  const names = await page.evaluate(() => fetch("tilesets").then((answer) => answer.json())).then((list) => list.map(({ name }) => name));
+  const other = await quietPage(browser, complaints);
+  const shown = async () => {
+    await other.evaluate(() => window.terrain.settled());
+    const pose = await other.evaluate(() => window.terrain.pose());
+    return [await other.textContent("#name"), ...Object.values(pose).map((number) => number.toFixed(6))];
+  };
+  await other.goto(process.env.TERRAIN_URL);
+  await other.waitForFunction(() => window.terrain !== undefined);
+  await other.selectOption("#tileset", names[1]);
+  const wanted = await shown();
+  await other.goto("about:blank");
+  await other.goto(new URL(`#${names[1]}`, process.env.TERRAIN_URL).href);
+  await other.waitForFunction(() => window.terrain !== undefined);
+  assert.deepEqual(await shown(), wanted);
+  assert.ok(await other.isHidden("#message"));
+  // The page is there already: only its address changes.
+  await other.goto(new URL("#nowhere", process.env.TERRAIN_URL).href);
+  await other.waitForSelector("#message:not([hidden])");
+  assert.equal(await other.textContent("#message"), `There is no tileset “nowhere” here; this is ${names[1]}.`);
+  await other.goto(new URL(`#${names[0]}`, process.env.TERRAIN_URL).href);
+  await other.waitForSelector("#message", { state: "hidden" });
+  assert.equal((await shown())[0], names[0]);
+  await other.close();
+});
+
 test("on a phone the panel is folded and opens", async () => {
   const phone = await browser.newPage({ viewport: { width: 360, height: 640 } });
   await phone.goto(process.env.TERRAIN_URL);
@@ -219,10 +263,29 @@ test("on a phone the panel is folded and opens", async () => {
   await phone.close();
 });
 
+test("fingers are told what they do, and there is a way back to all of the data without a key", async () => {
+  const phone = await browser.newPage({ viewport: { width: 360, height: 640 }, hasTouch: true, isMobile: true });
+  await phone.goto(process.env.TERRAIN_URL);
+  await phone.waitForFunction(() => window.terrain !== undefined);
+  await phone.tap("#panel > summary");
+  await phone.tap("#figures > summary");
+  assert.match(await phone.textContent("#help"), /^one finger: orbit/);
+  const heightAfter = async (act) => {
+    await act();
+    await phone.evaluate(() => window.terrain.settled());
+    return (await phone.evaluate(() => window.terrain.pose())).height;
+  };
+  const first = await heightAfter(() => {});
+  const near = await heightAfter(() => phone.evaluate(() => window.terrain.flyTo(-84.2, 36.3, 500, 2000)));
+  const all = await heightAfter(() => phone.tap("#all"));
+  await phone.close();
+  assert.ok(near < first / 2 && Math.abs(all / first - 1) < 0.01, `${first} m, ${near} m, ${all} m`);
+});
+
 /** Of what is on the page, the pairs that cover each other, and what is partly off the page. */
 const overlaps = (shown) =>
   shown.evaluate(() => {
-    const ids = ["panel", "north", "loading", "message", "levels", "measure", "bar"];
+    const ids = ["panel", "north", "loading", "message", "elsewhere", "levels", "measure", "bar"];
     const boxes = ids.map((id) => [id, document.getElementById(id).getBoundingClientRect()]).filter(([, { width }]) => width > 0);
     const isOff = ({ left, top, right, bottom }) => left < 0 || top < 0 || right > innerWidth || bottom > innerHeight;
     const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;

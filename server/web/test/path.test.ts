@@ -69,7 +69,14 @@ test("a link to ground that is nowhere on the Earth is in metres, too", () => {
   assert.equal(link, "#a%20game/18000.00,200000.00,5000.0,10.00,30.00,m");
   const back = readLink(link)!;
   assert.equal(back.name, "a game");
-  for (const part of ["longitude", "latitude", "height", "azimuth", "down"] as const) assert.ok(Math.abs(back.pose[part] - pose[part]) < 1e-6, part);
+  for (const part of ["longitude", "latitude", "height", "azimuth", "down"] as const) assert.ok(Math.abs(back.pose![part] - pose[part]) < 1e-6, part);
   assert.deepEqual(readLink("#alps/46.5,7.25,3000,0,45")!.pose, { longitude: 7.25, latitude: 46.5, height: 3000, azimuth: 0, down: 45 });
-  assert.equal(readLink("#alps/95,7.25,3000,0,45"), undefined);
+});
+
+test("a link that only names an archive, or has a pose that is none, says its name", () => {
+  for (const hash of ["#alps", "#alps/", "#alps/95,7.25,3000,0,45", "#alps/1,2,3", "#alps/here"]) {
+    assert.deepEqual(readLink(hash), { name: "alps", pose: undefined }, hash);
+  }
+  assert.equal(readLink("#100%")!.name, "100%");
+  for (const hash of ["", "#", "#/46.5,7.25,3000,0,45"]) assert.equal(readLink(hash), undefined, hash);
 });

@@ -7,13 +7,12 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import validator from "gltf-validator";
-import { chromium } from "playwright-core";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
+import { launch, quietPage } from "./browser.mjs";
 import { offNearby, PLACES, readDem } from "./dem.mjs";
 import { servePages } from "./pages.mjs";
 
 const url = process.env.TERRAIN_URL;
-const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
 const PACKINGS = ["plain", "meshopt"];
 const SETTLE_MILLISECONDS = 100_000;
 
@@ -25,7 +24,7 @@ before(async () => {
   await MeshoptDecoder.ready;
   dem = await readDem(process.env.TERRAIN_DEM);
   pages = await servePages();
-  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+  browser = await launch();
 });
 
 after(async () => {
@@ -158,10 +157,8 @@ for (const packing of PACKINGS) {
 
 /** Opens a page on a tileset and waits until it says that it has all it needs. */
 async function open(file, tileset, packing) {
-  const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
   const complaints = [];
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(error.message));
+  const page = await quietPage(browser, complaints);
   const address = new URL(`http://127.0.0.1:${pages.address().port}/test/${file}`);
   address.searchParams.set("tileset", new URL(`${name}/${tileset}/tileset.json?packing=${packing}`, url));
   address.searchParams.set("view", "-84.27,36.30");

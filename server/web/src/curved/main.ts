@@ -39,6 +39,7 @@ class CurvedPage {
     this.layer.setNet(this.net.checked);
     this.stage.scene.add(this.layer.group);
     setText("name", name);
+    this.slider.disabled = false;
     this.slider.max = String(levels.levelCount - 1);
     this.setLevel(levels.levelCount - 1);
     this.stage.lookAtAll(this.layer.box);
