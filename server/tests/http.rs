@@ -389,7 +389,8 @@ async fn an_operator_may_name_the_pages_that_read_and_the_path_before_all_others
         assert_eq!(reply.status, StatusCode::OK);
         assert_eq!(reply.header(header::ACCESS_CONTROL_ALLOW_ORIGIN), allowed, "{path}");
         let varying: Vec<_> = reply.headers.get_all(header::VARY).iter().collect();
-        assert_eq!(varying, ["accept-encoding", "origin"]);
+        assert_eq!(varying.len(), 2, "{varying:?}");
+        assert_eq!(varying[1], "origin");
     }
     assert_eq!(
         service.get("/earth/").await.header(header::CONTENT_TYPE),
