@@ -82,7 +82,7 @@ test("a file that is dropped and is none is told in a line", async () => {
 
 test("on a phone what is wrong is told beside the panel, and there is no level to choose", async () => {
   const phone = await browser.newPage({ viewport: { width: 360, height: 640 } });
-  await phone.goto(new URL("curved?model=none", process.env.TERRAIN_URL).href);
+  await phone.goto(new URL("curved.html?model=none", process.env.TERRAIN_URL).href);
   await phone.waitForFunction(() => document.getElementById("message").textContent === "none: there is no such model");
   const [panel, message] = await phone.evaluate(() => ["panel", "message"].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
   assert.ok((await phone.isDisabled("#level")) && message.height > 0 && message.top > panel.bottom, JSON.stringify({ panel, message }));
