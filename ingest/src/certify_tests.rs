@@ -102,16 +102,22 @@ fn a_floor_changes_nothing_above_it_and_hides_what_is_below() {
     }
 }
 
-#[test]
-fn what_is_beyond_the_tip_of_a_wall_is_not_under_it() {
-    // Cells of a metre, and a wall of 300 m that is seven millimetres wide and ends at a sample.
-    let step = DVec2::new(1e-5, -1e-5);
+/// A flat raster with cells of a metre, and longitude, latitude and height of a place by its column and row.
+fn cells_of_a_metre() -> (HeightGrid, impl Fn(f64, f64, f64) -> DVec3) {
+    let (first, step) = (DVec2::new(20.0, 0.0), DVec2::new(1e-5, -1e-5));
     let grid = HeightGrid {
-        georeference: GeoReference::wgs84(5, 5, DVec2::new(20.0, 0.0), step),
+        georeference: GeoReference::wgs84(5, 5, first, step),
         ..raster(5, vec![0.0; 25])
     };
-    let place =
-        |column: f64, row: f64, height: f64| (DVec2::new(20.0, 0.0) + step * DVec2::new(column, row)).extend(height);
+    (grid, move |column, row, height| {
+        (first + step * DVec2::new(column, row)).extend(height)
+    })
+}
+
+#[test]
+fn what_is_beyond_the_tip_of_a_wall_is_not_under_it() {
+    // A wall of 300 m that is seven millimetres wide and ends at a sample.
+    let (grid, place) = cells_of_a_metre();
     let wall = |tip: f64| Mesh {
         positions: vec![place(2.0, tip, 0.0), place(1.997, 1.5, 300.0), place(2.004, 1.5, 300.0)],
         triangles: vec![[0, 1, 2]],
@@ -125,16 +131,11 @@ fn what_is_beyond_the_tip_of_a_wall_is_not_under_it() {
 
 #[test]
 fn a_sample_at_the_tip_of_a_steep_triangle_is_compared_with_the_tip() {
-    let step = DVec2::new(1e-5, -1e-5);
-    let grid = HeightGrid {
-        georeference: GeoReference::wgs84(5, 5, DVec2::new(20.0, 0.0), step),
-        ..raster(5, vec![0.0; 25])
-    };
+    let (grid, place) = cells_of_a_metre();
     // A plane through the sample that rises 300 m in a cell; the triangle begins a third of a millimetre beside the sample, 9 cm higher.
-    let place =
-        |column: f64, row: f64| (DVec2::new(20.0, 0.0) + step * DVec2::new(column, row)).extend(300.0 * (row - 1.0));
+    let on_plane = |column: f64, row: f64| place(column, row, 300.0 * (row - 1.0));
     let mesh = Mesh {
-        positions: vec![place(2.0, 1.0003), place(1.9, 1.5), place(2.1, 1.5)],
+        positions: vec![on_plane(2.0, 1.0003), on_plane(1.9, 1.5), on_plane(2.1, 1.5)],
         triangles: vec![[0, 1, 2]],
     };
     let found = error_beyond(&grid, &mesh, Bound::Samples, 0.05).unwrap();

@@ -231,13 +231,26 @@ impl Builder<'_> {
         let corner = [origin.x as i64, origin.y as i64];
         let steps = source.breaklines_around(origin, origin + self.extent as f64);
         let within = |edge: &[Place; 2]| edge.iter().flatten().all(|c| (0..=self.extent).contains(c));
-        let (mut edges, mut strayed) = (Vec::new(), 0.0_f64);
+        let (mut edges, mut steps_beside, mut strayed) = (Vec::new(), Vec::new(), 0.0_f64);
+        let on_lattice = |edge: &[Place; 2]| edge.map(|[x, y]| DVec2::new(x as f64, y as f64) + origin);
+        let within_square = [origin, origin + self.extent as f64];
         for step in steps {
             let local = step.ends.map(|at| [at[0] - corner[0], at[1] - corner[1]]);
-            let before = edges.len();
-            edges.extend(out_of_strips(local, self.extent).into_iter().filter(within));
-            if edges.len() > before {
-                strayed = strayed.max(source.strays(&step));
+            let own: Vec<[Place; 2]> = out_of_strips(local, self.extent).into_iter().filter(within).collect();
+            if own.is_empty() {
+                steps_beside.push(step);
+                continue;
+            }
+            let on_lattice: Vec<[DVec2; 2]> = own.iter().map(on_lattice).collect();
+            strayed = strayed
+                .max(source.strays(&step))
+                .max(source.strays_within(&step, within_square, &on_lattice));
+            edges.extend(own);
+        }
+        if !edges.is_empty() {
+            let on_lattice: Vec<[DVec2; 2]> = edges.iter().map(on_lattice).collect();
+            for step in steps_beside {
+                strayed = strayed.max(source.strays_within(&step, within_square, &on_lattice));
             }
         }
         if !edges.is_empty() {

@@ -7,7 +7,7 @@
 //! ```
 //! No outline has a vertex in a strip then, but on the side or on the inner line.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::heights::Heights;
 use terrain_tiles::ellipsoid::on_ellipsoid;
@@ -22,6 +22,10 @@ const PLACES: usize = 17;
 const CELLS_AROUND: f64 = 3.0;
 /// How much farther a step may stray between the places that are looked at.
 const BETWEEN_PLACES: f64 = 1.02;
+/// Parts of a step between whose ends it is looked up whether it is in a square.
+const PARTS: usize = 8;
+/// Halvings of such a part to find where it leaves the square.
+const HALVINGS: usize = 30;
 
 /// What sides and outlines are made from.
 pub(crate) struct BorderSource<'a> {
@@ -153,6 +157,48 @@ impl BorderSource<'_> {
             place.distance(on_ellipsoid(in_raster(share))) + distance_on_earth(place, ends)
         });
         BETWEEN_PLACES * between.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Metres, seen from above, between what of a step of the raster is in a square of global lattice positions and the nearest of some
+    /// `edges` there: where the step goes out of the square at a flat angle, they may do so far from it.
+    pub(crate) fn strays_within(&self, step: &Step, [low, high]: [DVec2; 2], edges: &[[DVec2; 2]]) -> f64 {
+        let circle = (2 * self.lattice.extent(0)) as f64;
+        let geographic = |share: f64| {
+            self.georeference
+                .geographic(step.samples[0].lerp(step.samples[1], share))
+        };
+        let is_inside = |share: f64| {
+            let mut at = self.lattice.global(geographic(share));
+            at.x += ((step.ends[0][0] as f64 - at.x) / circle).round() * circle;
+            at.cmpge(low).all() && at.cmple(high).all()
+        };
+        let share = |number: usize| number as f64 / PARTS as f64;
+        let inside = (0..=PARTS).map(share).filter(|&share| is_inside(share));
+        let leaving = (0..PARTS).map(|number| [share(number), share(number + 1)]);
+        let leaving = leaving.filter_map(|[mut first, mut last]| {
+            let is_first_inside = is_inside(first);
+            (is_first_inside != is_inside(last)).then(|| {
+                for _ in 0..HALVINGS {
+                    let middle = f64::midpoint(first, last);
+                    if is_inside(middle) == is_first_inside {
+                        first = middle;
+                    } else {
+                        last = middle;
+                    }
+                }
+                first
+            })
+        });
+        let edges: Vec<[DVec3; 2]> = edges
+            .iter()
+            .map(|edge| edge.map(|end| on_ellipsoid(self.lattice.geographic(end))))
+            .collect();
+        let nearest = |share: f64| {
+            let place = on_ellipsoid(geographic(share));
+            let distances = edges.iter().map(|&edge| distance_on_earth(place, edge));
+            distances.fold(f64::INFINITY, f64::min)
+        };
+        BETWEEN_PLACES * inside.chain(leaving).map(nearest).fold(0.0, f64::max)
     }
 
     /// Height of the surface at a global lattice position; next to the surface, of the nearest cell, carried on.

@@ -160,6 +160,7 @@ impl Tileset {
         address.zoom == 0 || (self.standing_for(address).is_none() && is_beside())
     }
 
+    /// A tile of the geographic scheme. Blocks while it reads and decodes.
     pub(crate) fn quantized_mesh(
         &self,
         address: TileAddress,
@@ -170,11 +171,16 @@ impl Tileset {
         if tile.is_none() && !self.has_ground(address) {
             return Err(TileError::Missing);
         }
-        let beside = self.tiles_around(address)?;
+        let beside = if extensions.normals || !tile.as_ref().is_some_and(Tile::fills_its_square) {
+            self.tiles_around(address)?
+        } else {
+            Vec::new()
+        };
         let mut mesh = match tile {
             Some(tile) => QuantizedMesh::from_tile(&tile, &beside, outside),
             None => QuantizedMesh::unmeasured(address, &beside, outside),
         };
+        mesh.normals = mesh.normals.filter(|_| extensions.normals);
         mesh.water_mask = self.water_mask(extensions, address);
         Ok(mesh)
     }

@@ -13,6 +13,8 @@ use terrain_tests::{program, sample, workspace};
 
 /// How many rasters with lines every run of the tests makes.
 const RASTERS: u64 = 60;
+/// Others that were once refuted: over a pole, beside the tip of a steep triangle, along a tile's side, of lines 7° long.
+const ONCE_REFUTED: [u64; 6] = [119, 127, 203, 233, 282, 292];
 
 /// Exit code and what the program printed.
 fn run(folder: &Path, arguments: &[&str]) -> (i32, String) {
@@ -60,16 +62,16 @@ fn told(seed: u64, fault: &str) -> String {
     )
 }
 
-fn check(seeds: std::ops::Range<u64>) {
+fn check(seeds: impl Iterator<Item = u64>) {
+    let seeds: Vec<u64> = seeds.collect();
     let faults: Vec<String> = seeds
-        .clone()
-        .into_par_iter()
-        .filter_map(|seed| {
+        .par_iter()
+        .filter_map(|&seed| {
             let folder = tempfile::tempdir().unwrap();
             fault_of(seed, folder.path()).map(|fault| told(seed, &fault))
         })
         .collect();
-    let count = seeds.end - seeds.start;
+    let count = seeds.len();
     assert!(
         faults.is_empty(),
         "{} of {count} rasters:\n{}",
@@ -80,7 +82,7 @@ fn check(seeds: std::ops::Range<u64>) {
 
 #[test]
 fn lines_of_every_kind_are_kept_by_archives_that_hold() {
-    check(0..RASTERS);
+    check((0..RASTERS).chain(ONCE_REFUTED));
 }
 
 /// `TERRAIN_RASTERS` says how many, after those of every run.

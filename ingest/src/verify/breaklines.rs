@@ -143,13 +143,23 @@ impl Stretch<DVec2> {
     }
 }
 
-impl Stretch<DVec3> {
-    /// The line from point to point.
-    fn parts(&self) -> Vec<Segment> {
-        let points: Vec<[f64; 3]> = self.points.iter().map(|at| at.to_array()).collect();
-        let mut parts = vec![Line::new(points[0], points[0])];
-        parts.extend(points.windows(2).map(|pair| Line::new(pair[0], pair[1])));
-        parts
+/// Lines to which points may be near.
+pub(super) struct Near(RTree<Segment>);
+
+impl Near {
+    /// Of stretches, from point to point.
+    pub(super) fn to(stretches: &[Stretch<DVec3>]) -> Self {
+        let parts = |line: &Stretch<DVec3>| {
+            let points: Vec<[f64; 3]> = line.points.iter().map(|at| at.to_array()).collect();
+            let mut parts = vec![Line::new(points[0], points[0])];
+            parts.extend(points.windows(2).map(|pair| Line::new(pair[0], pair[1])));
+            parts
+        };
+        Self(RTree::bulk_load(stretches.iter().flat_map(parts).collect()))
+    }
+
+    fn is_within(&self, metres: f64, at: [f64; 3]) -> bool {
+        distance(&self.0, DVec3::from(at)) <= metres
     }
 }
 
@@ -198,14 +208,9 @@ pub(super) struct PlanEdge {
 pub(super) struct Chains(Vec<RTree<Segment>>);
 
 impl Chains {
-    /// Of edges that are all of them within a distance of lines.
-    pub(super) fn near<'a>(
-        stretches: impl Iterator<Item = &'a Stretch<DVec3>>,
-        edges: &[PlanEdge],
-        within: f64,
-    ) -> Self {
-        let parts = RTree::bulk_load(stretches.flat_map(Stretch::parts).collect());
-        let is_near = |at: [f64; 3]| distance(&parts, DVec3::from(at)) <= within;
+    /// Of edges that are all of them `within` a distance of lines.
+    pub(super) fn near(lines: &Near, edges: &[PlanEdge], within: f64) -> Self {
+        let is_near = |at: [f64; 3]| lines.is_within(within, at);
         let near: Vec<&PlanEdge> = edges
             .iter()
             .filter(|edge| edge.parts.iter().all(|part| is_near(part.from) && is_near(part.to)))

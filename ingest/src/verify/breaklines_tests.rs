@@ -10,16 +10,17 @@ fn edge(ends: [u32; 2], [from, to]: [[f64; 2]; 2]) -> PlanEdge {
 
 #[test]
 fn a_chain_counts_if_it_is_near_and_hangs_together() {
-    let line = Stretch {
-        points: (0..=20).map(|x| DVec3::new(f64::from(x), 0.0, 0.0)).collect(),
+    let points: Vec<DVec3> = (0..=20).map(|x| DVec3::new(f64::from(x), 0.0, 0.0)).collect();
+    let piece = &points[..11];
+    let lines = Near::to(&[Stretch {
+        points: points.clone(),
         pieces: Vec::new(),
-    };
-    let piece = &line.points[..11];
+    }]);
     let first = || edge([0, 1], [[0.0, 0.5], [5.0, 0.0]]);
     let second = || edge([1, 2], [[5.0, 0.0], [10.0, 0.25]]);
     let beside = || edge([1, 3], [[5.0, 0.0], [5.0, 9.0]]);
     let apart = || edge([7, 2], [[6.0, 0.0], [10.0, 0.25]]);
-    let farthest = |edges: &[PlanEdge], within: f64| Chains::near([&line].into_iter(), edges, within).farthest(piece);
+    let farthest = |edges: &[PlanEdge], within: f64| Chains::near(&lines, edges, within).farthest(piece);
     let both = farthest(&[first(), second(), beside()], 1.0);
     assert!(
         (both.0 - 0.5 * 5.0 / 5.0_f64.hypot(0.5)).abs() < 1e-12 && both.1 == 0,

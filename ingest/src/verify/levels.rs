@@ -18,7 +18,7 @@ use terrain_tiles::pyramid::Summary;
 use terrain_tiles::tile::Tile;
 
 use super::beside::{Beside, around, outline_slack};
-use super::breaklines::{Chains, Lines, Stretch};
+use super::breaklines::{Chains, Lines, Near, Stretch};
 use super::deviation::{Worst, along_edges, is_covered, visit_posts};
 use super::drawing::{Drawing, interior_levels, no_surface, unsound};
 use super::drawn::{Level, drawings, earth, levels};
@@ -267,6 +267,9 @@ impl TileCheck<'_> {
         let is_here = |at: DVec2| self.square.holds(source.georeference.geographic(at));
         let most = self.tile.outline_errors.iter().copied().fold(0.0, f64::max);
         let on_grid = self.measure.lines.stretches(source, &block, most, is_here)?;
+        if on_grid.iter().all(|stretch| stretch.pieces().next().is_none()) {
+            return Ok(());
+        }
         let place = |stretch: &Stretch<DVec2>| stretch.placed(|at| source.on_ellipsoid(at));
         let stretches: Vec<Stretch<DVec3>> = on_grid.iter().map(place).collect();
         let unit = self.tile.address.degrees() / (1_u64 << self.tile.extent_bits) as f64 * METRES_IN_A_DEGREE;
@@ -279,10 +282,11 @@ impl TileCheck<'_> {
         let Some(&(first, _)) = pieces.first() else {
             return Ok(());
         };
+        let lines = Near::to(&stretches);
         for (level, figures) in levels.iter().zip(figures) {
             let edges = plan_edges(&self.earth, &level.surface);
             let within = self.tile.outline_errors[level.claims] + outline_slack(source, first[0]);
-            let chains = Chains::near(stretches.iter(), &edges, within);
+            let chains = Chains::near(&lines, &edges, within);
             for (grid, piece) in &pieces {
                 let (metres, index) = chains.farthest(piece);
                 figures.lines.meet(metres, grid[index]);

@@ -8,7 +8,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use rstar::primitives::Line;
 
-use super::breaklines::{Chains, Lines, PlanEdge, Stretch};
+use super::breaklines::{Chains, Lines, Near, PlanEdge, Stretch};
 use super::deviation::{Worst, along_edges, visit_posts};
 use super::drawing::{Drawing, no_surface};
 use super::mesh_file::{self, Claim};
@@ -147,7 +147,7 @@ fn farthest_line(source: &Source, surface: &Surface) -> Result<Worst> {
     };
     let edges: Vec<PlanEdge> = surface.edges().map(edge).collect();
     let stretches: Vec<_> = stretches.iter().map(|line| line.placed(|at| at.extend(0.0))).collect();
-    let chains = Chains::near(stretches.iter(), &edges, LINES_STRAY);
+    let chains = Chains::near(&Near::to(&stretches), &edges, LINES_STRAY);
     let mut worst = Worst::default();
     for piece in stretches.iter().flat_map(Stretch::pieces) {
         if piece.iter().any(|at| at.distance(piece[0]) > LEAST_LINE) {

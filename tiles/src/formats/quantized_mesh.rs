@@ -28,8 +28,8 @@ use glam::DVec3;
 pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
 pub use encode::{Extensions, encode};
 pub use in_mercator::{addresses_for, addresses_under};
+pub(super) use normals::SharedNormals;
 pub use normals::addresses_around;
-pub(super) use normals::shared_normals;
 pub use validate::{Fault, validate};
 
 use crate::address::{Rectangle, Side};

@@ -263,6 +263,32 @@ fn what_is_beside_the_data_meets_them_where_they_end_at_a_side() {
     }
 }
 
+#[test]
+fn a_tile_that_fills_its_square_needs_those_beside_for_normals_alone() {
+    for (bits, extent) in [(15, 32_768.0), (30, f64::from(1 << 30))] {
+        let lines = even(16, extent);
+        let made = |at: TileAddress, keep: &dyn Fn(usize, usize) -> bool| {
+            let height = |x: f64, y: f64| hills(x / extent * 32_768.0, y / extent * 32_768.0);
+            tile(at, bits, &drop_unused(&grid(&lines, &lines, height, keep)))
+        };
+        let beside = [made(address(6, 62, 20), &|_, _| true)];
+        let is_needed = |tile: &Tile| {
+            let [alone, with] =
+                [&[], beside.as_slice()].map(|all| QuantizedMesh::from_tile(tile, all, &Outside::Ellipsoid));
+            assert_ne!(alone.normals, with.normals);
+            (alone.vertices, alone.triangles) != (with.vertices, with.triangles)
+        };
+        for (fills, keep) in [
+            (true, &(|_, _| true) as &dyn Fn(usize, usize) -> bool),
+            (false, &|column, _| column > 0),
+            (false, &|column, row| column > 0 || row / 2 != 2),
+        ] {
+            let own = made(address(6, 63, 20), keep);
+            assert_eq!([own.fills_its_square(), !is_needed(&own)], [fills; 2]);
+        }
+    }
+}
+
 /// Longitude, latitude and height of the vertices on a side, in order.
 fn of_side(mesh: &QuantizedMesh, at: TileAddress, side: Side) -> Vec<[f64; 3]> {
     let edge = mesh.edges[side as usize].iter();

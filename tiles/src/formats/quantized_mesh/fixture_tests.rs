@@ -77,8 +77,8 @@ pub(super) fn even(cells: u32, extent: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Longitude and latitude in billionths of a degree, and metres, of both ends.
-pub(super) type BorderEdge = [([i64; 2], f64); 2];
+/// Longitude and latitude in billionths of a degree, metres, and oct-encoded normals of both ends.
+pub(super) type BorderEdge = [([i64; 2], f64, [u8; 2]); 2];
 
 /// The edges of a mesh's border that lie along a side of its square, upright ones not counted.
 pub(super) fn border(mesh: &QuantizedMesh, at: impl Into<Rectangle> + Copy, side: Side) -> Vec<BorderEdge> {
@@ -88,7 +88,7 @@ pub(super) fn border(mesh: &QuantizedMesh, at: impl Into<Rectangle> + Copy, side
     let end = |vertex: u32| {
         let place = mesh.geodetic(at, vertex as usize);
         let plan = [place.longitude, place.latitude].map(|degrees| (degrees * 1e9).round() as i64);
-        (plan, place.height)
+        (plan, place.height, mesh.normals.as_ref().unwrap()[vertex as usize])
     };
     let of_border = directed.iter().filter(|&&[a, b]| !directed.contains(&[b, a]));
     let along = of_border.filter(|edge| edge.iter().all(|vertex| on_side.contains(vertex)));
@@ -101,11 +101,13 @@ pub(super) fn border(mesh: &QuantizedMesh, at: impl Into<Rectangle> + Copy, side
     along
 }
 
-/// How much of two borders does not meet: edges that are at another place, or higher by more than `most` metres.
+/// How much of two borders does not meet: edges that are at another place, or higher by more than `most` metres, or have other normals.
 pub(super) fn unlike(one: &[BorderEdge], other: &[BorderEdge], most: f64) -> usize {
     let pairs = one.iter().zip(other);
     let is_unlike = |(one, other): (&BorderEdge, &BorderEdge)| {
-        (0..2).any(|end| one[end].0 != other[end].0 || (one[end].1 - other[end].1).abs() > most)
+        let ends = one.iter().zip(other);
+        ends.into_iter()
+            .any(|(one, other)| one.0 != other.0 || (one.1 - other.1).abs() > most || one.2 != other.2)
     };
     one.len().abs_diff(other.len()) + pairs.filter(|&pair| is_unlike(pair)).count()
 }

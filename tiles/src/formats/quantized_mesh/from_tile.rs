@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::measured::{Measured, Point};
-use super::normals::shared_normals;
+use super::normals::SharedNormals;
 use super::square::{self, CompletedSquare};
 use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic};
 use crate::address::{Rectangle, Side, TileAddress};
@@ -16,22 +16,29 @@ impl QuantizedMesh {
     /// too, and it has the points that these measured: the tiles at [`addresses_around`](super::addresses_around), those that there are.
     #[must_use]
     pub fn from_tile(tile: &Tile, beside: &[Tile], outside: &Outside) -> Self {
-        Self::completed(measured(tile, beside), tile.address, beside, outside)
+        Self::completed(Some(tile), tile.address, beside, outside)
     }
 
     /// What is `outside` over the square of `address`, where nothing is measured; along its sides, what the tiles `beside` it have there.
     #[must_use]
     pub fn unmeasured(address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
-        Self::completed(Measured::nothing(), address, beside, outside)
+        Self::completed(None, address, beside, outside)
     }
 
-    fn completed(own: Measured, address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
+    fn completed(own: Option<&Tile>, address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
+        let all = beside.iter().chain(own);
+        let shared = SharedNormals::of(all.map(|tile| (tile, tile.finest())));
+        let measured = |tile: &Tile| {
+            let (mesh, normals) = shared.surface(tile.address);
+            Measured::new(mesh, &normals, tile.extent_bits)
+        };
         let around = || {
             let offsets = beside.iter().map(|tile| (tile, offsets_from(address, tile.address)));
             offsets
-                .flat_map(|(tile, offsets)| offsets.map(|offset| (offset, measured(tile, beside))))
+                .flat_map(|(tile, offsets)| offsets.map(|offset| (offset, measured(tile))))
                 .collect()
         };
+        let own = own.map_or_else(Measured::nothing, measured);
         let rectangle = address.into();
         Self::from_surface(rectangle, square::complete(own, around, rectangle, outside), outside)
     }
@@ -74,12 +81,6 @@ impl QuantizedMesh {
             measured_triangles: Some(surface.measured),
         }
     }
-}
-
-fn measured(tile: &Tile, beside: &[Tile]) -> Measured {
-    let mesh = tile.surface(tile.finest());
-    let normals = shared_normals(tile, &mesh, beside);
-    Measured::new(&mesh, &normals, tile.extent_bits)
 }
 
 /// How many tiles east and north of one another is, if it is around it; each way if it is on both sides, as the roots are.

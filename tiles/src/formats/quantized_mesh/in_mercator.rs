@@ -14,7 +14,7 @@ use terrain_core::Mesh;
 
 use super::QuantizedMesh;
 use super::measured::Measured;
-use super::normals::{addresses_around, shared_normals};
+use super::normals::{SharedNormals, addresses_around};
 use super::square;
 use crate::address::{Rectangle, TileAddress};
 use crate::ellipsoid::to_geodetic;
@@ -66,13 +66,15 @@ impl QuantizedMesh {
     /// [`addresses_for`], as far as there are any.
     #[must_use]
     pub fn in_mercator(tile: SquareTile, tiles: &[Tile], outside: &Outside) -> Self {
-        let around = || {
-            beside(tile)
-                .map(|(offset, other)| (offset, measured(other, tiles)))
-                .collect()
+        let shared = SharedNormals::of(tiles.iter().map(|tile| (tile, tile.finest())));
+        let measured = |square: SquareTile| {
+            let mut cut = Cut::new(square);
+            tiles.iter().for_each(|tile| cut.add(tile, &shared));
+            Measured::new(&cut.mesh, &cut.normals, LATTICE_BITS)
         };
+        let around = || beside(tile).map(|(offset, other)| (offset, measured(other))).collect();
         let rectangle = tile.into();
-        let surface = square::complete(measured(tile, tiles), around, rectangle, outside);
+        let surface = square::complete(measured(tile), around, rectangle, outside);
         Self::from_surface(rectangle, surface, outside)
     }
 }
@@ -89,15 +91,6 @@ fn beside(tile: SquareTile) -> impl Iterator<Item = ([i64; 2], SquareTile)> {
             let other = |y: i64| SquareTile { x, y: y as u32, ..tile };
             (0..count).contains(&y).then(|| ([east, north], other(y)))
         })
-}
-
-/// What is measured over a tile.
-fn measured(tile: SquareTile, tiles: &[Tile]) -> Measured {
-    let mut cut = Cut::new(tile);
-    for surface in tiles {
-        cut.add(surface, tiles);
-    }
-    Measured::new(&cut.mesh, &cut.normals, LATTICE_BITS)
 }
 
 /// A corner of a triangle that is being cut.
@@ -135,18 +128,15 @@ impl Cut {
         }
     }
 
-    /// Adds what is in the rectangle of a tile's finest surface; it is among `tiles`, with those around it.
-    fn add(&mut self, tile: &Tile, tiles: &[Tile]) {
+    /// Adds what is in the rectangle of a tile's surface, which is among those that are `shared`.
+    fn add(&mut self, tile: &Tile, shared: &SharedNormals) {
         let address = tile.address;
         let side = 1.0 / f64::from(1_u32 << address.zoom);
         let first = DVec2::new(f64::from(address.x), f64::from(address.y)) * side;
         if first.cmpge(self.high).any() || (first + side).cmple(self.low).any() {
             return;
         }
-        let around = addresses_around(address);
-        let beside = tiles.iter().filter(|other| around.contains(&other.address));
-        let surface = tile.surface(tile.finest());
-        let normals = shared_normals(tile, &surface, beside);
+        let (surface, normals) = shared.surface(address);
         let unit = side / (1_u64 << tile.extent_bits) as f64;
         let corner = |vertex: u32| {
             let position = surface.positions[vertex as usize];

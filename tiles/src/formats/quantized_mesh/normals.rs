@@ -9,25 +9,93 @@
 //! inner  ← at vertices across the strip from a side, the mean of the side's normals there: no edge shows in the shading
 //! ```
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 use terrain_core::Mesh;
 
 use crate::address::{Side, TileAddress};
 use crate::ellipsoid::normal;
-use crate::tile::{STRIP, Tile};
+use crate::tile::{Detail, STRIP, Tile};
 
 /// Bits of a place along a tile's side by which tiles of finer and coarser lattices know it.
 const PLACE_BITS: u8 = 40;
 
-/// Column and row of a place on the whole Earth, in 2^[`PLACE_BITS`]ths of a tile.
+/// Column and row of a place on the whole Earth, in 2^[`PLACE_BITS`]ths of a tile; of the two columns of the antimeridian, the first.
 type Place = [i128; 2];
 
-/// The finest surface of a tile with what its triangles say of normals.
+/// Surfaces of tiles, with normals that they share where they meet.
+pub(in crate::formats) struct SharedNormals<'a> {
+    surfaces: BTreeMap<TileAddress, Shaded<'a>>,
+    /// By zoom and place, sums of vectors of all these tiles at vertices that are on sides or in strips.
+    wide: HashMap<(u8, Place), DVec3>,
+}
+
+impl<'a> SharedNormals<'a> {
+    /// Of surfaces of tiles at some detail, one of each. Normals at a place are those that all tiles there have if all of them are given.
+    pub(in crate::formats) fn of(surfaces: impl IntoIterator<Item = (&'a Tile, Detail)>) -> Self {
+        let surfaces: BTreeMap<TileAddress, Shaded> = surfaces
+            .into_iter()
+            .map(|(tile, detail)| (tile.address, Shaded::new(tile, tile.surface(detail))))
+            .collect();
+        let mut wide: HashMap<(u8, Place), DVec3> = HashMap::new();
+        // In the order of addresses, so that all tiles at a place find the same bits there.
+        for (address, surface) in &surfaces {
+            for (place, sum) in surface.wide() {
+                *wide.entry((address.zoom, place)).or_default() += sum;
+            }
+        }
+        Self { surfaces, wide }
+    }
+
+    /// The surface of the tile at `address`, which has to be one of those given, and an Earth-centred unit normal for each of its vertices.
+    pub(in crate::formats) fn surface(&self, address: TileAddress) -> (&Mesh, Vec<DVec3>) {
+        let surface = &self.surfaces[&address];
+        (&surface.mesh, self.normals(surface))
+    }
+
+    fn normals(&self, surface: &Shaded) -> Vec<DVec3> {
+        let on_sides: Vec<Option<DVec3>> = (0..surface.places.len())
+            .map(|vertex| surface.is_wide(vertex).then(|| self.at(surface, vertex)).flatten())
+            .collect();
+        let mut across: HashMap<u32, DVec3> = HashMap::new();
+        for &[a, b, c] in &surface.mesh.triangles {
+            for [from, to] in [[a, b], [b, c], [c, a], [b, a], [c, b], [a, c]] {
+                if let Some(normal) = on_sides[from as usize]
+                    && !surface.is_wide(to as usize)
+                {
+                    *across.entry(to).or_default() += normal;
+                }
+            }
+        }
+        let up = |vertex: usize| {
+            let place = surface.tile.geodetic(surface.mesh.positions[vertex]);
+            normal(place.longitude, place.latitude)
+        };
+        let shaded = |vertex: usize| {
+            let sum = on_sides[vertex].or_else(|| across.get(&(vertex as u32)).copied());
+            let sum = sum.unwrap_or(surface.area[vertex]);
+            sum.try_normalize().unwrap_or_else(|| up(vertex))
+        };
+        (0..surface.places.len()).map(shaded).collect()
+    }
+
+    /// The unit normal at a vertex on a side or in a strip.
+    fn at(&self, surface: &Shaded, vertex: usize) -> Option<DVec3> {
+        let (zoom, place) = (surface.tile.address.zoom, surface.places[vertex]);
+        // At a pole, triangles are slivers, and vertices of all tiles are at one place.
+        match place[1] {
+            0 => Some(DVec3::NEG_Z),
+            row if row == 1 << (PLACE_BITS + zoom) => Some(DVec3::Z),
+            _ => self.wide.get(&(zoom, place))?.try_normalize(),
+        }
+    }
+}
+
+/// A surface of a tile with what its triangles say of normals.
 struct Shaded<'a> {
-    address: TileAddress,
-    mesh: &'a Mesh,
+    tile: &'a Tile,
+    mesh: Mesh,
     places: Vec<Place>,
     area: Vec<DVec3>,
     is_on_side: Vec<bool>,
@@ -36,8 +104,7 @@ struct Shaded<'a> {
 }
 
 impl<'a> Shaded<'a> {
-    /// `mesh` is the tile's finest surface.
-    fn new(tile: &Tile, mesh: &'a Mesh) -> Self {
+    fn new(tile: &'a Tile, mesh: Mesh) -> Self {
         let positions: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
         let mut area = vec![DVec3::ZERO; positions.len()];
         let mut is_in_strips = vec![true; positions.len()];
@@ -60,17 +127,18 @@ impl<'a> Shaded<'a> {
         }
         let on_side = |at: &DVec3| at.x == 0.0 || at.y == 0.0 || at.x == extent || at.y == extent;
         let shift = PLACE_BITS - tile.extent_bits.min(PLACE_BITS);
-        let address = tile.address;
+        let columns = 2_i128 << (tile.address.zoom + PLACE_BITS);
         let place = |at: &DVec3| {
-            [(at.x, address.x), (at.y, address.y)]
-                .map(|(along, number)| ((along as i128) << shift) + (i128::from(number) << PLACE_BITS))
+            let [x, y] = [(at.x, tile.address.x), (at.y, tile.address.y)]
+                .map(|(along, number)| ((along as i128) << shift) + (i128::from(number) << PLACE_BITS));
+            [x.rem_euclid(columns), y]
         };
         Self {
-            address,
             is_on_side: mesh.positions.iter().map(on_side).collect(),
             places: mesh.positions.iter().map(place).collect(),
             area,
             is_in_strips,
+            tile,
             mesh,
         }
     }
@@ -92,69 +160,6 @@ impl<'a> Shaded<'a> {
         }
         sums
     }
-}
-
-/// A unit normal, Earth-centred, for each vertex of `mesh`, the finest surface of `tile`; `beside` are the tiles around it, those that
-/// there are.
-pub(in crate::formats) fn shared_normals<'a>(
-    tile: &Tile,
-    mesh: &Mesh,
-    beside: impl IntoIterator<Item = &'a Tile>,
-) -> Vec<DVec3> {
-    let own = Shaded::new(tile, mesh);
-    let along_sides = side_normals(&own, beside);
-    let side_normal = |vertex: usize| along_sides.get(&own.places[vertex]).copied();
-    let mut across: HashMap<u32, DVec3> = HashMap::new();
-    for &[a, b, c] in &own.mesh.triangles {
-        for [from, to] in [[a, b], [b, c], [c, a], [b, a], [c, b], [a, c]] {
-            if let Some(normal) = side_normal(from as usize)
-                && !own.is_wide(to as usize)
-            {
-                *across.entry(to).or_default() += normal;
-            }
-        }
-    }
-    let up = |vertex: usize| {
-        let place = tile.geodetic(own.mesh.positions[vertex]);
-        normal(place.longitude, place.latitude)
-    };
-    let shaded = |vertex: usize| {
-        let sum = side_normal(vertex).or_else(|| across.get(&(vertex as u32)).copied());
-        let sum = sum.unwrap_or(own.area[vertex]);
-        sum.try_normalize().unwrap_or_else(|| up(vertex))
-    };
-    (0..own.mesh.positions.len()).map(shaded).collect()
-}
-
-/// Unit normals at the places of a tile that are on its sides or in strips.
-fn side_normals<'a>(own: &Shaded, beside: impl IntoIterator<Item = &'a Tile>) -> HashMap<Place, DVec3> {
-    let columns = i128::from(2_u64 << own.address.zoom) << PLACE_BITS;
-    let mut tiles: Vec<(TileAddress, HashMap<Place, DVec3>)> = beside
-        .into_iter()
-        .map(|tile| (tile.address, Shaded::new(tile, &tile.surface(tile.finest())).wide()))
-        .collect();
-    tiles.push((own.address, own.wide()));
-    tiles.sort_by_key(|&(address, _)| address);
-    let wide = (0..own.places.len()).filter(|&vertex| own.is_wide(vertex));
-    let rows = i128::from(1_u64 << own.address.zoom) << PLACE_BITS;
-    let summed = |&place: &Place| {
-        // At a pole, triangles are slivers, and vertices of all tiles are at one place.
-        if place[1] == 0 || place[1] == rows {
-            return Some((place, if place[1] == 0 { DVec3::NEG_Z } else { DVec3::Z }));
-        }
-        // The antimeridian is the first column and the one after the last.
-        let turned = [[place[0] + columns, place[1]], [place[0] - columns, place[1]]];
-        let all = tiles.iter().flat_map(|(_, wide)| {
-            [place, turned[0], turned[1]]
-                .into_iter()
-                .filter_map(|place| wide.get(&place))
-        });
-        all.copied()
-            .sum::<DVec3>()
-            .try_normalize()
-            .map(|normal| (place, normal))
-    };
-    wide.filter_map(|vertex| summed(&own.places[vertex])).collect()
 }
 
 /// The addresses of the tiles around one, those that there can be.

@@ -28,22 +28,18 @@ impl Sides {
                 Some(Point { u, v, ..point })
             })
         });
-        let all = beside
+        let edges: Vec<[Place; 2]> = beside
             .iter()
-            .map(|(offset, tile)| (*offset, tile))
-            .chain([([0; 2], own)]);
+            .flat_map(|(offset, tile)| tile.edges_along_sides(*offset))
+            .collect();
         let mut measured: HashMap<[Place; 2], u32> = HashMap::new();
-        for edge in all.flat_map(|(offset, tile)| tile.edges_along_sides(offset)) {
-            let [a, b] = edge;
+        for [a, b] in edges.iter().copied().chain(own.edges_along_sides([0; 2])) {
             *measured.entry([a.min(b), a.max(b)]).or_default() += 1;
         }
         let of_one = measured.iter().filter(|&(_, &tiles)| tiles == 1);
         Self {
             points: points.collect(),
-            edges: beside
-                .iter()
-                .flat_map(|(offset, tile)| tile.edges_along_sides(*offset))
-                .collect(),
+            edges,
             raised: of_one.flat_map(|(edge, _)| *edge).collect(),
         }
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::packing::{Packing, half_diagonal};
 use crate::address::TileAddress;
 use crate::ellipsoid::{normal, to_earth_centred};
-use crate::formats::quantized_mesh::{QuantizedMesh, oct_decode, shared_normals};
+use crate::formats::quantized_mesh::{QuantizedMesh, SharedNormals, oct_decode};
 use crate::tile::{Detail, Tile};
 
 /// A surface in space whose positions are whole numbers of [`TileSurface::step`] from the Earth's centre: tiles of one zoom have them
@@ -37,7 +37,9 @@ impl TileSurface {
     /// The surface of `tile` at another detail.
     #[must_use]
     pub fn at(tile: &Tile, detail: Detail, beside: &[Tile], packing: Packing) -> Self {
-        let mesh = tile.surface(detail);
+        let around = beside.iter().map(|other| (other, other.finest()));
+        let shared = SharedNormals::of(around.chain([(tile, detail)]));
+        let (mesh, normals) = shared.surface(tile.address);
         let exact: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
         let step = packing.step(tile.address);
         let ups: Vec<DVec3> = mesh
@@ -49,8 +51,8 @@ impl TileSurface {
         let surface = Self {
             step,
             positions: rounded(&exact, step),
-            normals: shared_normals(tile, &mesh, beside),
-            triangles: mesh.triangles,
+            normals,
+            triangles: mesh.triangles.clone(),
             sides: None,
             error: None,
         };
