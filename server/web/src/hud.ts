@@ -10,7 +10,7 @@ import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import type { TileLevels } from "./tile_levels.ts";
-import { hasSeaFloor, heightsAbove, isLocal, type Tileset } from "./tileset.ts";
+import { heightsAbove, isLocal, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
@@ -22,9 +22,6 @@ const NARROW = 600;
 /** Pixels that the scale bar has at most. */
 const SCALE_PIXELS = 100;
 const IMAGERY_STYLE = STYLES.indexOf("Imagery");
-/** Lowest and highest of what is shown, and whether what is below 0 is sea. */
-let heights: readonly [number, number] = [0, 0];
-let isSeaBelow = false;
 
 const input = (id: string) => element(id, HTMLInputElement);
 
@@ -62,9 +59,14 @@ function connectStyles(views: Views): void {
   select.append(...STYLES.map((style) => new Option(style)));
   select.addEventListener("input", () => {
     views.set({ style: select.selectedIndex });
-    showLegend(select.selectedIndex, heights, isSeaBelow);
+    showColours(views);
     showFilledLegend();
   });
+}
+
+/** Shows what colours mean. */
+export function showColours(views: Views): void {
+  if (views.colours !== undefined) showLegend(element("style", HTMLSelectElement).selectedIndex, views.colours, views.beside !== undefined);
 }
 
 /** Wherever filled ground is told apart. */
@@ -137,9 +139,6 @@ export function offer(tilesets: readonly Tileset[], open: (tileset: Tileset) => 
     setText("heights", heightsAbove(metadata));
     input("light").disabled = source.normals === undefined;
     showWhere(isLocal(metadata));
-    heights = metadata.heights;
-    isSeaBelow = hasSeaFloor(metadata);
-    showLegend(element("style", HTMLSelectElement).selectedIndex, heights, isSeaBelow);
     open(tileset);
   };
   select.addEventListener("change", () => {

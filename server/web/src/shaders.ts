@@ -67,7 +67,8 @@ export const STYLES = ["Elevation", "Hillshade", "Slope", "Certified error", "Im
 /** A style, light from normals or on flat facets, contour lines and haze. */
 export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform vec2 heights;
-  uniform bool hasSeaFloor;
+  uniform float landFrom;
+  uniform float seaLevel;
   uniform float contourInterval;
   uniform float hazeDistance;
   uniform float exaggeration;
@@ -156,11 +157,10 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
       normal = normalize(up - exaggeration * (rise.x * east + rise.y * cross(up, east)));
     }
     float flatness = inversesqrt(1.0 + slope * slope);
-    float lowest = hasSeaFloor ? 0.0 : heights.x;
-    float share = (height - lowest) / max(heights.y - lowest, 1.0);
+    float share = (height - landFrom) / max(heights.y - landFrom, 1.0);
     vec3 ground = mix(vec3(0.47, 0.43, 0.39), tint(share), smoothstep(0.45, 0.80, flatness));
-    bool isSea = height <= 0.0 && (hasSeaFloor || flatness > 0.9999);
-    if (isSea) ground = mix(vec3(0.26, 0.43, 0.54), vec3(0.12, 0.24, 0.37), hasSeaFloor ? clamp(height / min(heights.x, -1.0), 0.0, 1.0) : 0.0);
+    bool isSea = height <= seaLevel;
+    if (isSea) ground = mix(vec3(0.26, 0.43, 0.54), vec3(0.12, 0.24, 0.37), clamp((height - seaLevel) / min(heights.x - seaLevel, -1.0), 0.0, 1.0));
     if (style == 1) ground = vec3(0.74);
     if (style == 2) ground = slopeColour(degrees(atan(slope)));
     if (style == 3) ground = errorColour(certifiedError);

@@ -18,9 +18,12 @@ import type { RasterPlace, SquareRaster } from "./square_rasters.ts";
 export interface SharedUniforms {
   readonly exaggeration: THREE.IUniform<number>;
   readonly baseHeight: THREE.IUniform<number>;
+  /** Of the first and the last colour. */
   readonly heights: THREE.IUniform<THREE.Vector2>;
-  /** Whether what is below 0 is sea. */
-  readonly hasSeaFloor: THREE.IUniform<boolean>;
+  /** Where the colours of land begin. */
+  readonly landFrom: THREE.IUniform<number>;
+  /** What is below is sea. */
+  readonly seaLevel: THREE.IUniform<number>;
   readonly contourInterval: THREE.IUniform<number>;
   readonly hazeDistance: THREE.IUniform<number>;
   readonly axis: THREE.IUniform<THREE.Vector3>;

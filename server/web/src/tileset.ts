@@ -21,7 +21,7 @@ export interface Metadata {
   readonly format: string;
   readonly scheme: string;
   readonly bounds: Bounds;
-  /** Lowest and highest height, metres. */
+  /** Lowest and highest height of any surface, metres; coarse ones go beyond the data. */
   readonly heights: readonly [number, number];
   readonly max_zoom: number;
   /** What the archive was made with. */
@@ -65,16 +65,6 @@ export function isGlobe({ bounds: [west, south, east, north] }: Metadata): boole
 /** Whether the ground of a tileset is nowhere on the Earth. */
 export function isLocal({ asked }: Metadata): boolean {
   return asked?.reading?.local === true;
-}
-
-/** Metres: no land is lower. */
-const SHALLOWEST_SEA_FLOOR = -500;
-
-/** Whether a tileset has the floor of a sea, so that what is below 0 is sea. Coarse surfaces may be lower than their data. */
-export function hasSeaFloor(metadata: Metadata): boolean {
-  const { heights: [lowest, highest], zooms } = metadata;
-  const lowestForSure = Math.min(lowest + Math.max(...zooms.map((zoom) => zoom.coarsest_error)), highest);
-  return !isLocal(metadata) && lowestForSure < SHALLOWEST_SEA_FLOOR;
 }
 
 /** What the heights of a tileset are above. */

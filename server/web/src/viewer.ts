@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Address } from "./address.ts";
 import { fitToCanvas } from "./canvas.ts";
+import type { ColourScale } from "./colour_scale.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
@@ -120,9 +121,9 @@ export class Viewer {
     return this.layer?.isInSight(this.camera, this.renderer.domElement.height) ?? true;
   }
 
-  /** Lowest and highest of what is shown, metres. */
-  get heights(): readonly [number, number] | undefined {
-    return this.layer?.tileset.metadata.heights;
+  /** What the heights of what is shown make of colours. */
+  get ownColours(): ColourScale | undefined {
+    return this.layer?.ownColours;
   }
 
   get isLoading(): boolean {
