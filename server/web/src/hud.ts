@@ -15,6 +15,7 @@ import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const TOUCH_HELP = "one finger: orbit · two: move, zoom";
+const TOUCH_FLY_HELP = "one finger: look · two: move, apart: forward, together: back";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
 /** Pixels: on a narrower page the panel and its parts are folded at first. */
@@ -48,7 +49,8 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   const hasFingers = matchMedia("(pointer: coarse)").matches;
   connectSwitch("flying", "KeyF", (flying) => {
     views.setFlying(flying);
-    setText("help", flying ? FLY_HELP : hasFingers ? TOUCH_HELP : ORBIT_HELP);
+    const [orbitHelp, flyHelp] = hasFingers ? [TOUCH_HELP, TOUCH_FLY_HELP] : [ORBIT_HELP, FLY_HELP];
+    setText("help", flying ? flyHelp : orbitHelp);
   });
   onKey("KeyR", () => views.steer().lookAtAll());
   element("all", HTMLElement).addEventListener("click", () => views.steer().lookAtAll());
