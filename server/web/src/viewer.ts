@@ -8,6 +8,7 @@ import type { ColourScale } from "./colour_scale.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
+import { tileDecoders } from "./tile_decoders.ts";
 import type { ContourPiece } from "./tile_mesh.ts";
 import { DEFAULT_SETTINGS, TerrainLayer, type DrawnTile, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
 import { isGlobe, type Tileset } from "./tileset.ts";
@@ -51,6 +52,7 @@ export class Viewer {
     private readonly onFrame: () => void = () => {},
     private settings: TerrainSettings = DEFAULT_SETTINGS,
   ) {
+    tileDecoders.prepare();
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, logarithmicDepthBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));

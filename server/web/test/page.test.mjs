@@ -465,6 +465,16 @@ test("what was drawn stays while the server is away, and goes on when it is back
   assert.ok(stats.triangles > 1000, JSON.stringify(stats));
 });
 
+test("what decodes tiles is there before the first of them", async () => {
+  const other = await quietPage(browser, complaints);
+  await other.route(/\.spt/, () => {});
+  await other.goto(process.env.TERRAIN_URL);
+  await other.waitForFunction(() => window.terrain !== undefined);
+  for (let times = 0; times < 50 && other.workers().length === 0; times++) await other.waitForTimeout(100);
+  assert.match(other.workers()[0]?.url() ?? "no worker", /tile_worker/);
+  await other.close();
+});
+
 test("a missing server is told in a line", async () => {
   const lost = await browser.newPage();
   await lost.route("**/tilesets", (route) => route.abort());
