@@ -10,7 +10,7 @@ import { select, type Choice, type Selection } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, raised, type GroundPoint, type Hit } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
-import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
+import { detailFor, imageryFault, picturesOf, type Imagery, type Picture } from "./imagery.ts";
 import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
@@ -166,7 +166,9 @@ export class TerrainLayer {
 
   /** What is wrong, in one line. */
   get failure(): string | undefined {
-    return this.store.failure;
+    const isImagery = STYLES[this.settings.style] === "Imagery";
+    const fault = isImagery && this.pictures !== undefined ? imageryFault(this.pictures) : undefined;
+    return this.store.failure ?? (fault && `No imagery: ${fault}.`);
   }
 
   /** Whether nothing will change until the view does. */
