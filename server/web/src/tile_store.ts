@@ -13,6 +13,7 @@ import { interiorLevels, type Tile } from "./spt.ts";
 import { tileDecoders, type Decoding } from "./tile_decoders.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
 import type { Tileset } from "./tileset.ts";
+import { Water } from "./water.ts";
 
 const PARALLEL_REQUESTS = 6;
 /** What is asked for first of a tile: most tiles' headers and coarsest levels are shorter. */
@@ -59,6 +60,7 @@ export class TileStore implements Hierarchy {
   /** Tiles that are loaded in part, and whose next bytes could not be decoded: they have to begin anew. */
   private readonly broken = new Set<string>();
   private readonly boxes = new Map<string, OrientedBox>();
+  private readonly water: Water;
   private selection = 0;
   /** What was asked for last. */
   private missing: readonly TileRequest[] = [];
@@ -71,6 +73,7 @@ export class TileStore implements Hierarchy {
     private readonly shared: SharedUniforms,
     private readonly onLoad: () => void,
   ) {
+    this.water = new Water(tileset.metadata.water ?? []);
     this.roots = [0, 1].map((x) => ({ zoom: 0, x, y: 0 })).filter((root) => this.exists(root));
   }
 
@@ -234,7 +237,7 @@ export class TileStore implements Hierarchy {
   private keep(key: string, decoding: Decoding, decoded: Tile): void {
     const tile = placed(decoded, this.frame);
     const { filled } = decoding;
-    const mesh = new TileMesh(tile, filled, this.frame, this.shared);
+    const mesh = new TileMesh(tile, { filled, water: this.water.texels(tileBounds(decoded.address)) }, this.frame, this.shared);
     const [levels, there] = [levelsOf(decoding, mesh), decoding.levelsThere];
     const [lowest, highest] = heightsOf(decoded, decoded.representatives.length);
     const heights = { lowest, highest, error: levels[Math.min(there, levels.length) - 1]?.error ?? Infinity };
