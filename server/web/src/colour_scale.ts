@@ -77,22 +77,20 @@ type Interval = readonly [number, number];
 
 /** The lowest or the highest of the data. */
 class End {
-  /** How wide the interval was when the height was taken. */
-  private width: number;
+  /** How wide the interval was when the height was taken from what is drawn. */
+  private width = Infinity;
 
   /** A height, and where it is for sure. */
   constructor(
     public height: number,
     private within: Interval,
-  ) {
-    this.width = within[1] - within[0];
-  }
+  ) {}
 
   get atMost(): number {
     return this.within[1];
   }
 
-  /** Takes a height that is drawn, if it is known better now. */
+  /** Takes a height that is drawn, if it is known much better now, or is the first one. */
   improve(drawn: number, [from, to]: Interval): void {
     this.within = [Math.max(this.within[0], from), Math.min(this.within[1], to)];
     const width = this.within[1] - this.within[0];

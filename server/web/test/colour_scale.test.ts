@@ -51,6 +51,15 @@ test("the scale narrows to the data as tiles tell them, and a sea is known then"
   assert.equal(mediterranean.scale.seaLevel, 0);
 });
 
+test("the first picture tells more than coarse surfaces, however coarse it is", () => {
+  const earth = dataHeights({ heights: [-11_000, 14_568], error: 7500 });
+  earth.learn([{ lowest: -9000, highest: 9000, error: 5000 }]);
+  assert.deepEqual(earth.scale, { ends: [-9000, 9000], seaLevel: 0 });
+  const hill = dataHeights({ heights: [-500, 2000], error: 1000 });
+  hill.learn([{ lowest: 700, highest: 800, error: 1000 }]);
+  assert.deepEqual(hill.scale.ends, [500, 1000], "as far as it may be by what the archive says");
+});
+
 test("coarser pictures leave the scale as it is, and slightly finer ones, too", () => {
   const heights = dataHeights({ heights: [-698, 2838], error: 2145 });
   heights.learn([{ lowest: 0, highest: 2600, error: 100 }]);
