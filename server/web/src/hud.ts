@@ -10,11 +10,12 @@ import type { Measuring } from "./measuring.ts";
 import { STYLES } from "./shaders.ts";
 import type { Stats } from "./terrain_layer.ts";
 import type { TileLevels } from "./tile_levels.ts";
-import { hasSeaFloor, heightsAbove, isLocal, type Tileset } from "./tileset.ts";
+import { heightsAbove, isLocal, type Tileset } from "./tileset.ts";
 import type { Views } from "./views.ts";
 
 const ORBIT_HELP = "drag: orbit · right drag: move · wheel: zoom · arrows, +, −: move, zoom · F: fly · X: wireframe · R: reset";
 const TOUCH_HELP = "one finger: orbit · two: move, zoom";
+const TOUCH_FLY_HELP = "one finger: look · two: move, apart: forward, together: back";
 const FLY_HELP = "WASD: move · Q/E: down/up · drag: look · wheel: speed · Shift: faster · F: orbit · R: reset";
 
 /** Pixels: on a narrower page the panel and its parts are folded at first. */
@@ -22,9 +23,6 @@ const NARROW = 600;
 /** Pixels that the scale bar has at most. */
 const SCALE_PIXELS = 100;
 const IMAGERY_STYLE = STYLES.indexOf("Imagery");
-/** Lowest and highest of what is shown, and whether what is below 0 is sea. */
-let heights: readonly [number, number] = [0, 0];
-let isSeaBelow = false;
 
 const input = (id: string) => element(id, HTMLInputElement);
 
@@ -51,7 +49,8 @@ export function connect(views: Views, measuring: Measuring, levels: TileLevels):
   const hasFingers = matchMedia("(pointer: coarse)").matches;
   connectSwitch("flying", "KeyF", (flying) => {
     views.setFlying(flying);
-    setText("help", flying ? FLY_HELP : hasFingers ? TOUCH_HELP : ORBIT_HELP);
+    const [orbitHelp, flyHelp] = hasFingers ? [TOUCH_HELP, TOUCH_FLY_HELP] : [ORBIT_HELP, FLY_HELP];
+    setText("help", flying ? flyHelp : orbitHelp);
   });
   onKey("KeyR", () => views.steer().lookAtAll());
   element("all", HTMLElement).addEventListener("click", () => views.steer().lookAtAll());
@@ -62,9 +61,14 @@ function connectStyles(views: Views): void {
   select.append(...STYLES.map((style) => new Option(style)));
   select.addEventListener("input", () => {
     views.set({ style: select.selectedIndex });
-    showLegend(select.selectedIndex, heights, isSeaBelow);
+    showColours(views);
     showFilledLegend();
   });
+}
+
+/** Shows what colours mean. */
+export function showColours(views: Views): void {
+  if (views.colours !== undefined) showLegend(element("style", HTMLSelectElement).selectedIndex, views.colours, views.beside !== undefined);
 }
 
 /** Wherever filled ground is told apart. */
@@ -137,9 +141,6 @@ export function offer(tilesets: readonly Tileset[], open: (tileset: Tileset) => 
     setText("heights", heightsAbove(metadata));
     input("light").disabled = source.normals === undefined;
     showWhere(isLocal(metadata));
-    heights = metadata.heights;
-    isSeaBelow = hasSeaFloor(metadata);
-    showLegend(element("style", HTMLSelectElement).selectedIndex, heights, isSeaBelow);
     open(tileset);
   };
   select.addEventListener("change", () => {

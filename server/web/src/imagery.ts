@@ -46,6 +46,11 @@ export function picturesOf({ template }: Imagery, onLoad: () => void): SquareRas
   return new SquareRasters({ load, parallelRequests: 4, mostBytes: MOST_BYTES }, onLoad);
 }
 
+/** Why there is none to be seen, in a line. */
+export function imageryFault({ failure, isEmpty }: SquareRasters<Picture>): string | undefined {
+  return failure ?? (isEmpty ? "its server has no tiles here" : undefined);
+}
+
 /** How fine a picture a square needs that is so many pixels wide on the screen. */
 export function detailFor(pixels: number, { zoom }: Address): number {
   const finest = Math.min(FINEST_DETAIL, FINEST_ZOOM - zoom - 1);
@@ -97,9 +102,10 @@ function textureOf(canvas: OffscreenCanvas): THREE.Texture {
 /** Undefined where the server has none. */
 async function fetchTile(template: string, zoom: number, x: number, y: number, signal: AbortSignal): Promise<Blob | undefined> {
   const numbers: Record<string, number> = { z: zoom, x, y };
-  const response = await fetch(template.replace(/\{([zxy])\}/g, (_, name: string) => String(numbers[name])), { signal });
+  const response = await fetch(template.replace(/\{([zxy])\}/g, (_, name: string) => String(numbers[name])), { signal }).catch(() => undefined);
+  if (response === undefined) throw new Error("its server cannot be reached, or allows no other pages to read it");
   if (response.status === 204 || response.status === 404) return undefined;
-  if (!response.ok) throw new Error(`the imagery's server answers ${response.status}`);
+  if (!response.ok) throw new Error(`its server answers ${response.status}`);
   return response.blob();
 }
 

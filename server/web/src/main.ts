@@ -83,6 +83,7 @@ async function start(): Promise<void> {
     if (stats === undefined) return;
     const middle = viewer.groundAt(0, 0);
     hud.showStats(stats, middle);
+    hud.showColours(views);
     hud.showBearings(middle && viewer.metresPerPixel(middle.distance), viewer.pose?.azimuth ?? 0);
     hud.showLoading(views.all.some(({ isLoading }) => isLoading));
     hud.showMessage(views.all.map(({ failure }) => failure).find((failure) => failure !== undefined) ?? linkFault);

@@ -67,7 +67,8 @@ export const STYLES = ["Elevation", "Hillshade", "Slope", "Certified error", "Im
 /** A style, light from normals or on flat facets, contour lines and haze. */
 export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform vec2 heights;
-  uniform bool hasSeaFloor;
+  uniform float landFrom;
+  uniform float seaLevel;
   uniform float contourInterval;
   uniform float hazeDistance;
   uniform float exaggeration;
@@ -85,6 +86,8 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform vec2 pictureLatitudes;
   uniform sampler2D filled;
   uniform bool hasFilled;
+  uniform sampler2D water;
+  uniform bool hasWater;
   uniform bool showsFilled;
   uniform vec3 axis;
   in vec3 fromEye;
@@ -156,11 +159,10 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
       normal = normalize(up - exaggeration * (rise.x * east + rise.y * cross(up, east)));
     }
     float flatness = inversesqrt(1.0 + slope * slope);
-    float lowest = hasSeaFloor ? 0.0 : heights.x;
-    float share = (height - lowest) / max(heights.y - lowest, 1.0);
+    float share = (height - landFrom) / max(heights.y - landFrom, 1.0);
     vec3 ground = mix(vec3(0.47, 0.43, 0.39), tint(share), smoothstep(0.45, 0.80, flatness));
-    bool isSea = height <= 0.0 && (hasSeaFloor || flatness > 0.9999);
-    if (isSea) ground = mix(vec3(0.26, 0.43, 0.54), vec3(0.12, 0.24, 0.37), hasSeaFloor ? clamp(height / min(heights.x, -1.0), 0.0, 1.0) : 0.0);
+    bool isWater = height <= seaLevel || (hasWater && texture(water, square).r > 0.5);
+    if (isWater) ground = mix(vec3(0.26, 0.43, 0.54), vec3(0.12, 0.24, 0.37), clamp((height - seaLevel) / min(heights.x - seaLevel, -1.0), 0.0, 1.0));
     if (style == 1) ground = vec3(0.74);
     if (style == 2) ground = slopeColour(degrees(atan(slope)));
     if (style == 3) ground = errorColour(certifiedError);
@@ -180,7 +182,7 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
       light = mix(light, vec3(1.0), 0.5);
     }
     vec3 colour = ground * light;
-    if (contours && !isSea) colour *= 1.0 - 0.16 * contour();
+    if (contours && !isWater) colour *= 1.0 - 0.16 * contour();
     float distance = length(fromEye);
     float haze = 1.0 - exp(-pow(max(distance - clearDistance, 0.0) / hazeDistance, 1.6));
     colour = mix(colour, skyColour(fromEye / distance), haze);

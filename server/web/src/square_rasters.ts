@@ -39,6 +39,8 @@ interface Settings<R extends SquareRaster> {
 /** Loads rasters of what is drawn, coarse squares first, and keeps those used last. */
 export class SquareRasters<R extends SquareRaster> {
   bytesLoaded = 0;
+  /** What went wrong last, in one line; undefined once a raster came in again. */
+  failure: string | undefined;
   /** In the order of last use; without a raster where there is none. */
   private readonly loaded = new Map<string, { readonly detail: number; readonly raster: R | undefined }>();
   private readonly underway = new Set<string>();
@@ -53,6 +55,11 @@ export class SquareRasters<R extends SquareRaster> {
 
   get isLoading(): boolean {
     return this.underway.size > 0;
+  }
+
+  /** Whether there is none of any of the squares that were asked for. */
+  get isEmpty(): boolean {
+    return this.loaded.size > 0 && [...this.loaded.values()].every(({ raster }) => raster === undefined);
   }
 
   /** The finest raster that there is of a square. */
@@ -99,7 +106,9 @@ export class SquareRasters<R extends SquareRaster> {
       const raster = await this.settings.load(demand, this.aborting.signal);
       if (this.aborting.signal.aborted) raster?.texture.dispose();
       else this.keep(key, demand.detail, raster);
-    } catch {
+      this.failure = undefined;
+    } catch (error) {
+      this.failure = error instanceof Error ? error.message : String(error);
       this.retryAt.set(key, Date.now() + RETRY_MILLISECONDS);
       setTimeout(() => this.aborting.signal.aborted || this.onLoad(), RETRY_MILLISECONDS);
     }

@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { degreesOf, keyOf, type Address } from "./address.ts";
+import { DataHeights, isSameScale, type ColourScale } from "./colour_scale.ts";
 import { isFilled } from "./filled.ts";
 import { Frame, tileBounds } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
@@ -9,7 +10,7 @@ import { select, type Choice, type Selection } from "./select.ts";
 import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, raised, type GroundPoint, type Hit } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
-import { detailFor, picturesOf, type Imagery, type Picture } from "./imagery.ts";
+import { detailFor, imageryFault, picturesOf, type Imagery, type Picture } from "./imagery.ts";
 import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
@@ -17,7 +18,7 @@ import { distanceTo, solidAngle, type OrientedBox } from "./oriented_box.ts";
 import { interiorLevels, type Tile } from "./spt.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
-import { hasSeaFloor, isGlobe, type Tileset } from "./tileset.ts";
+import { isGlobe, type Tileset } from "./tileset.ts";
 
 /** What is on the screen. */
 export interface Stats {
@@ -57,8 +58,8 @@ export interface TerrainSettings {
   readonly exaggeration: number;
   /** Which of the styles, by its place in the list of them. */
   readonly style: number;
-  /** Lowest and highest of the colours, metres; those of the archive where this is not said. */
-  readonly heights: readonly [number, number] | undefined;
+  /** What colours of heights mean; what the archive's own heights make of it where this is not said. */
+  readonly colours: ColourScale | undefined;
   /** Whether lines of equal height are drawn. */
   readonly contours: boolean;
   /** Whether ground that was filled is told apart; in the style of certified errors it always is. */
@@ -74,7 +75,7 @@ export const DEFAULT_SETTINGS: TerrainSettings = {
   maxPixels: 2,
   exaggeration: 1,
   style: 0,
-  heights: undefined,
+  colours: undefined,
   contours: false,
   filled: false,
   wireframe: false,
@@ -87,6 +88,8 @@ const [SHORTEST_BLEND_MILLISECONDS, LONGEST_BLEND_MILLISECONDS] = [250, 1000];
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
+/** Metres: no ground is lower. */
+const BELOW_ALL = -1e9;
 /** From afar, colours tell heights that cover no pixel: errors count as if all heights together covered so many at least. */
 const LEAST_PIXELS_OF_HEIGHTS = 32;
 /** Metres above the ellipsoid from where the ground is looked for, and how far beside a tile, in its widths, it may be found. */
@@ -113,6 +116,7 @@ export class TerrainLayer {
   readonly uniforms: SharedUniforms;
   /** Holds the data, along east, north and up in their middle. */
   private readonly dataBox: OrientedBox;
+  private readonly dataHeights: DataHeights;
   private readonly store: TileStore;
   private readonly morph = new Morph<Choice>((address) => this.store.get(address));
   private readonly normals: SquareRasters<SquareRaster>;
@@ -144,8 +148,9 @@ export class TerrainLayer {
       exaggeration: { value: 1 },
       baseHeight: { value: heights[0] },
       heights: { value: new THREE.Vector2(...heights) },
-      hasSeaFloor: { value: hasSeaFloor(tileset.metadata) },
-      contourInterval: { value: niceInterval((heights[1] - heights[0]) / CONTOURS_PER_RANGE) },
+      landFrom: { value: 0 },
+      seaLevel: { value: BELOW_ALL },
+      contourInterval: { value: 1 },
       hazeDistance: { value: Math.max(60_000, 2.5 * this.box.getSize(new THREE.Vector3()).length()) },
       clearDistance: { value: 0 },
       style: { value: 0 },
@@ -153,13 +158,17 @@ export class TerrainLayer {
       showsFilled: { value: false },
       axis: { value: this.frame.axis },
     };
+    this.dataHeights = new DataHeights(tileset.metadata);
+    this.setColours();
     this.normals = normalsOf(tileset.source, () => this.invalidate());
     this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
   }
 
   /** What is wrong, in one line. */
   get failure(): string | undefined {
-    return this.store.failure;
+    const isImagery = STYLES[this.settings.style] === "Imagery";
+    const fault = isImagery && this.pictures !== undefined ? imageryFault(this.pictures) : undefined;
+    return this.store.failure ?? (fault && `No imagery: ${fault}.`);
   }
 
   /** Whether nothing will change until the view does. */
@@ -289,13 +298,34 @@ export class TerrainLayer {
     const { exaggeration, style, contours, filled, wireframe } = this.settings;
     this.uniforms.exaggeration.value = exaggeration;
     this.uniforms.style.value = style;
-    const [lowest, highest] = this.settings.heights ?? this.tileset.metadata.heights;
-    this.uniforms.heights.value.set(lowest, highest);
-    this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
+    this.setColours();
     this.uniforms.contours.value = contours;
     this.uniforms.showsFilled.value = filled || STYLES[style] === "Certified error";
     for (const { address } of this.drawn.values()) this.store.get(address)?.mesh.setWireframe(wireframe);
     if (this.settings.imagery !== imagery) this.changePictures();
+    this.invalidate();
+  }
+
+  /** What the archive's own heights make of colours, as far as they are known. */
+  get ownColours(): ColourScale {
+    return this.dataHeights.scale;
+  }
+
+  /** Where there is sea is a matter of the archive, whatever scale it shares. */
+  private setColours(): void {
+    const { ends: [lowest, highest], seaLevel } = this.settings.colours ?? this.ownColours;
+    this.uniforms.heights.value.set(lowest, highest);
+    this.uniforms.landFrom.value = seaLevel ?? lowest;
+    this.uniforms.seaLevel.value = this.ownColours.seaLevel ?? BELOW_ALL;
+    this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
+  }
+
+  /** Narrows colours to what is drawn. */
+  private learnHeights(choices: readonly Choice[]): void {
+    const before = this.ownColours;
+    this.dataHeights.learn(choices.map(({ address }) => this.store.get(address)!.heights));
+    if (isSameScale(before, this.ownColours)) return;
+    this.setColours();
     this.invalidate();
   }
 
@@ -401,6 +431,7 @@ export class TerrainLayer {
     }
     this.missing = requests.length;
     this.store.request(requests);
+    if (requests.length === 0 && this.alone === undefined) this.learnHeights(choices);
     // Tiles come first: what lies on coarser ones would soon be of no use.
     if (this.store.isLoading || this.store.hasMore) return;
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));

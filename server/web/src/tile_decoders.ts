@@ -78,6 +78,11 @@ export class TileDecoders {
   private desks: Desk[] | undefined;
   private begun = 0;
 
+  /** Starts what decodes before there is a tile: it loads and compiles while others wait. */
+  prepare(): void {
+    this.start();
+  }
+
   /** Decodes a tile's first bytes; if its header is cut, the error is a {@link HeaderCut}. */
   async begin(bytes: Uint8Array): Promise<Decoding> {
     const desk = this.start().reduce((idlest, other) => (other.waiting < idlest.waiting ? other : idlest));

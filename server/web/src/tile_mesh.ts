@@ -13,14 +13,18 @@ import type { PlacedTile, Spot } from "./spots.ts";
 import type { Tile } from "./spt.ts";
 import { MERCATOR_END, type Picture } from "./imagery.ts";
 import type { RasterPlace, SquareRaster } from "./square_rasters.ts";
+import { WATER_CELLS } from "./water.ts";
 
 /** Uniforms that all tiles share: one object each, so that one assignment reaches every tile. */
 export interface SharedUniforms {
   readonly exaggeration: THREE.IUniform<number>;
   readonly baseHeight: THREE.IUniform<number>;
+  /** Of the first and the last colour. */
   readonly heights: THREE.IUniform<THREE.Vector2>;
-  /** Whether what is below 0 is sea. */
-  readonly hasSeaFloor: THREE.IUniform<boolean>;
+  /** Where the colours of land begin. */
+  readonly landFrom: THREE.IUniform<number>;
+  /** What is below is sea, besides the water that an archive knows. */
+  readonly seaLevel: THREE.IUniform<number>;
   readonly contourInterval: THREE.IUniform<number>;
   readonly hazeDistance: THREE.IUniform<number>;
   readonly axis: THREE.IUniform<THREE.Vector3>;
@@ -32,6 +36,14 @@ export interface SharedUniforms {
   readonly contours: THREE.IUniform<boolean>;
   /** Whether ground that was filled is told apart. */
   readonly showsFilled: THREE.IUniform<boolean>;
+}
+
+/** What is known of parts of a tile's square; undefined where it is of none. */
+export interface Cells {
+  /** A bit for each cell whose ground was filled. */
+  readonly filled: Uint8Array | undefined;
+  /** A texel for each cell, 255 where there is water. */
+  readonly water: Uint8Array<ArrayBuffer> | undefined;
 }
 
 /** A straight piece of a line of equal height. */
@@ -69,6 +81,7 @@ export class TileMesh {
   private readonly pictureRows = { value: new THREE.Vector4(0, 0, 0, 1) };
   private readonly pictureLatitudes = { value: new THREE.Vector2(0, 0) };
   private readonly filled: THREE.DataTexture | undefined;
+  private readonly water: THREE.DataTexture | undefined;
   private readonly uniforms: Record<string, THREE.IUniform>;
   private readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.ShaderMaterial>;
   private wire: THREE.LineSegments | undefined;
@@ -76,8 +89,7 @@ export class TileMesh {
   /** What is shown without a move. */
   private resting: Detail | undefined;
 
-  /** `filled` has a bit for each cell whose ground was filled, if there are any. */
-  constructor({ tile, spots }: PlacedTile, filled: Uint8Array | undefined, frame: Frame, shared: SharedUniforms) {
+  constructor({ tile, spots }: PlacedTile, { filled, water }: Cells, frame: Frame, shared: SharedUniforms) {
     this.tile = tile;
     this.box = new THREE.Box3().setFromPoints(spots.map(({ position }) => position));
     const centre = this.box.getCenter(new THREE.Vector3());
@@ -87,8 +99,11 @@ export class TileMesh {
     this.places = dataTexture(drawnAt, THREE.RGIntegerFormat, THREE.UnsignedIntType, "RG32UI", 2);
     this.geometry.setIndex(new THREE.BufferAttribute(tile.corners, 1));
     this.geometry.boundingSphere = new THREE.Sphere();
-    this.filled = filled && cellTexture(filledTexels(filled));
-    this.byteLength = this.spots.byteLength + drawnAt.byteLength + tile.corners.byteLength + (filled === undefined ? 0 : FILLED_CELLS * FILLED_CELLS);
+    this.filled = filled && cellTexture(filledTexels(filled), FILLED_CELLS);
+    this.water = water && cellTexture(water, WATER_CELLS);
+    if (this.water !== undefined) this.water.minFilter = this.water.magFilter = THREE.LinearFilter;
+    const bytesOfCells = (filled === undefined ? 0 : FILLED_CELLS ** 2) + (water?.byteLength ?? 0);
+    this.byteLength = this.spots.byteLength + drawnAt.byteLength + tile.corners.byteLength + bytesOfCells;
     this.useSpots(this.ownSpots);
     this.uniforms = {
       ...shared,
@@ -105,6 +120,8 @@ export class TileMesh {
       pictureLatitudes: this.pictureLatitudes,
       filled: { value: this.filled ?? null },
       hasFilled: { value: filled !== undefined },
+      water: { value: this.water ?? null },
+      hasWater: { value: water !== undefined },
       earthCentre: { value: frame.earthCentre.clone().sub(centre) },
     };
     this.surface = new THREE.Mesh(this.geometry, surfaceMaterial(this.uniforms));
@@ -206,7 +223,7 @@ export class TileMesh {
 
   dispose(): void {
     this.useSpots(this.ownSpots);
-    for (const part of [this.geometry, this.ownSpots, this.places, this.surface.material, this.filled]) part?.dispose();
+    for (const part of [this.geometry, this.ownSpots, this.places, this.surface.material, this.filled, this.water]) part?.dispose();
     this.wire?.geometry.dispose();
     (this.wire?.material as THREE.Material | undefined)?.dispose();
   }
@@ -311,8 +328,8 @@ function dataTexture(
   return texture;
 }
 
-function cellTexture(texels: Uint8Array<ArrayBuffer>): THREE.DataTexture {
-  const texture = new THREE.DataTexture(texels, FILLED_CELLS, FILLED_CELLS, THREE.RedFormat, THREE.UnsignedByteType);
+function cellTexture(texels: Uint8Array<ArrayBuffer>, cells: number): THREE.DataTexture {
+  const texture = new THREE.DataTexture(texels, cells, cells, THREE.RedFormat, THREE.UnsignedByteType);
   texture.needsUpdate = true;
   return texture;
 }

@@ -1,6 +1,7 @@
 // The tiles of one tileset: which exist, which are loaded, and the loading of more.
 
 import { keyOf, type Address } from "./address.ts";
+import type { TileHeights } from "./colour_scale.ts";
 import { tileBounds, type Bounds, type Frame } from "./frame.ts";
 import { grown, type OrientedBox } from "./oriented_box.ts";
 import { triangleCount } from "./partition.ts";
@@ -12,6 +13,7 @@ import { interiorLevels, type Tile } from "./spt.ts";
 import { tileDecoders, type Decoding } from "./tile_decoders.ts";
 import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
 import type { Tileset } from "./tileset.ts";
+import { Water } from "./water.ts";
 
 const PARALLEL_REQUESTS = 6;
 /** What is asked for first of a tile: most tiles' headers and coarsest levels are shorter. */
@@ -32,6 +34,8 @@ interface Drawable extends PlacedTile {
   readonly there: number;
   /** The interior ones of the whole tile. */
   readonly levels: readonly Level[];
+  /** Of the finest level that is there. */
+  readonly heights: TileHeights;
 }
 
 interface LoadedTile {
@@ -56,6 +60,7 @@ export class TileStore implements Hierarchy {
   /** Tiles that are loaded in part, and whose next bytes could not be decoded: they have to begin anew. */
   private readonly broken = new Set<string>();
   private readonly boxes = new Map<string, OrientedBox>();
+  private readonly water: Water;
   private selection = 0;
   /** What was asked for last. */
   private missing: readonly TileRequest[] = [];
@@ -68,6 +73,7 @@ export class TileStore implements Hierarchy {
     private readonly shared: SharedUniforms,
     private readonly onLoad: () => void,
   ) {
+    this.water = new Water(tileset.metadata.water ?? []);
     this.roots = [0, 1].map((x) => ({ zoom: 0, x, y: 0 })).filter((root) => this.exists(root));
   }
 
@@ -231,22 +237,21 @@ export class TileStore implements Hierarchy {
   private keep(key: string, decoding: Decoding, decoded: Tile): void {
     const tile = placed(decoded, this.frame);
     const { filled } = decoding;
-    const mesh = new TileMesh(tile, filled, this.frame, this.shared);
-    const drawable = { ...tile, mesh, filled, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
+    const mesh = new TileMesh(tile, { filled, water: this.water.texels(tileBounds(decoded.address)) }, this.frame, this.shared);
+    const [levels, there] = [levelsOf(decoding, mesh), decoding.levelsThere];
+    const [lowest, highest] = heightsOf(decoded, decoded.representatives.length);
+    const heights = { lowest, highest, error: levels[Math.min(there, levels.length) - 1]?.error ?? Infinity };
+    const drawable = { ...tile, mesh, filled, there, levels, heights };
     this.loaded.set(key, { decoding, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
     this.boxes.set(key, this.boxOf(decoded));
     this.ahead.delete(key);
   }
 
   /** Holds the tile and all below it: whatever is drawn there is as near to the source as the tile's finest surface is. */
-  private boxOf({ address, positions, levels }: Tile): OrientedBox {
-    const margin = 2 * (levels.at(-1)?.error ?? 0);
-    let [lowest, highest] = [Infinity, -Infinity];
-    for (let at = 2; at < positions.length; at += 3) {
-      lowest = Math.min(lowest, positions[at]!);
-      highest = Math.max(highest, positions[at]!);
-    }
-    return this.boxBetween(address, [lowest - margin, highest + margin]);
+  private boxOf(tile: Tile): OrientedBox {
+    const margin = 2 * (tile.levels.at(-1)?.error ?? 0);
+    const [lowest, highest] = heightsOf(tile, tile.positions.length / 3);
+    return this.boxBetween(tile.address, [lowest - margin, highest + margin]);
   }
 
   /** The coarser tile stays on screen; the selection will ask again. */
@@ -287,6 +292,16 @@ export class TileStore implements Hierarchy {
   private boxBetween(address: Address, heights: readonly [number, number]): OrientedBox {
     return this.frame.orientedBox(overlap(tileBounds(address), this.tileset.metadata.bounds), heights);
   }
+}
+
+/** Lowest and highest of the first places of a tile. */
+function heightsOf({ positions }: Tile, places: number): [number, number] {
+  let [lowest, highest] = [Infinity, -Infinity];
+  for (let at = 2; at < 3 * places; at += 3) {
+    lowest = Math.min(lowest, positions[at]!);
+    highest = Math.max(highest, positions[at]!);
+  }
+  return [lowest, highest];
 }
 
 /** The interior levels of a tile; the finest with all sides fine. Its mesh holds those that are there. */

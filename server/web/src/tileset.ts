@@ -2,6 +2,7 @@
 
 import type { Address } from "./address.ts";
 import type { Bounds } from "./frame.ts";
+import type { WaterPolygon } from "./water.ts";
 
 /** The tiles of one zoom. */
 export interface Zoom {
@@ -21,7 +22,7 @@ export interface Metadata {
   readonly format: string;
   readonly scheme: string;
   readonly bounds: Bounds;
-  /** Lowest and highest height, metres. */
+  /** Lowest and highest height of any surface, metres; coarse ones go beyond the data. */
   readonly heights: readonly [number, number];
   readonly max_zoom: number;
   /** What the archive was made with. */
@@ -32,6 +33,8 @@ export interface Metadata {
     };
   };
   readonly zooms: readonly Zoom[];
+  /** Where it is known that there is water. */
+  readonly water?: readonly WaterPolygon[];
   readonly source?: {
     readonly vertical_datum?: string;
     readonly heights_above?: string;
@@ -67,16 +70,6 @@ export function isLocal({ asked }: Metadata): boolean {
   return asked?.reading?.local === true;
 }
 
-/** Metres: no land is lower. */
-const SHALLOWEST_SEA_FLOOR = -500;
-
-/** Whether a tileset has the floor of a sea, so that what is below 0 is sea. Coarse surfaces may be lower than their data. */
-export function hasSeaFloor(metadata: Metadata): boolean {
-  const { heights: [lowest, highest], zooms } = metadata;
-  const lowestForSure = Math.min(lowest + Math.max(...zooms.map((zoom) => zoom.coarsest_error)), highest);
-  return !isLocal(metadata) && lowestForSure < SHALLOWEST_SEA_FLOOR;
-}
-
 /** What the heights of a tileset are above. */
 export function datumOf({ source }: Metadata): string {
   return source?.heights_above || source?.vertical_datum || "unspecified";
@@ -99,11 +92,15 @@ export function checkedMetadata(name: string, value: unknown): Metadata {
     Array.isArray(list) && list.length === length && list.every(Number.isFinite);
   const isZoom = ({ finest_error, available }: Zoom) =>
     Number.isFinite(finest_error) && Array.isArray(available) && available.every((range) => isNumbers(range, 4));
+  const isLists = (list: unknown, isItem: (item: unknown) => boolean) => Array.isArray(list) && list.every(isItem);
+  const isRing = (ring: unknown) => isLists(ring, (place) => isNumbers(place, 2));
+  const isWater = (water: unknown) => isLists(water, (polygon) => isLists(polygon, isRing));
   const valid =
     isNumbers(metadata?.bounds, 4) &&
     isNumbers(metadata?.heights, 2) &&
     Array.isArray(metadata?.zooms) &&
-    metadata.zooms.every(isZoom);
+    metadata.zooms.every(isZoom) &&
+    isWater(metadata.water ?? []);
   if (!valid) throw new Error(`${name} describes itself in a way that is not understood here.`);
   if (metadata.scheme !== "geographic-tms") throw new Error(`${name}: scheme ${metadata.scheme} is not shown here.`);
   return metadata;

@@ -4,9 +4,11 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Address } from "./address.ts";
 import { fitToCanvas } from "./canvas.ts";
+import type { ColourScale } from "./colour_scale.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
+import { tileDecoders } from "./tile_decoders.ts";
 import type { ContourPiece } from "./tile_mesh.ts";
 import { DEFAULT_SETTINGS, TerrainLayer, type DrawnTile, type Stats, type TerrainSettings, type TileLevelView } from "./terrain_layer.ts";
 import { isGlobe, type Tileset } from "./tileset.ts";
@@ -50,6 +52,7 @@ export class Viewer {
     private readonly onFrame: () => void = () => {},
     private settings: TerrainSettings = DEFAULT_SETTINGS,
   ) {
+    tileDecoders.prepare();
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, logarithmicDepthBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -120,9 +123,9 @@ export class Viewer {
     return this.layer?.isInSight(this.camera, this.renderer.domElement.height) ?? true;
   }
 
-  /** Lowest and highest of what is shown, metres. */
-  get heights(): readonly [number, number] | undefined {
-    return this.layer?.tileset.metadata.heights;
+  /** What the heights of what is shown make of colours. */
+  get ownColours(): ColourScale | undefined {
+    return this.layer?.ownColours;
   }
 
   get isLoading(): boolean {

@@ -1,5 +1,6 @@
 // One view, or two whose cameras move as one: what is right in one archive is held against another.
 
+import { commonScale, isSameScale, type ColourScale } from "./colour_scale.ts";
 import type { TerrainSettings } from "./terrain_layer.ts";
 import type { Tileset } from "./tileset.ts";
 import { Viewer } from "./viewer.ts";
@@ -30,6 +31,11 @@ export class Views {
     return this.beside === undefined ? [this.main] : [this.main, this.beside];
   }
 
+  /** What colours of heights mean in all of them; undefined while nothing is shown. */
+  get colours(): ColourScale | undefined {
+    return this.settings.colours ?? this.main.ownColours;
+  }
+
   set(changes: Partial<TerrainSettings>): void {
     this.settings = { ...this.settings, ...changes };
     for (const viewer of [this.main, this.second]) viewer?.set(changes);
@@ -49,7 +55,7 @@ export class Views {
       this.second?.close();
     } else {
       this.second ??= this.viewerOn(canvas);
-      this.second.set({ ...this.settings, heights: this.main.heights });
+      this.second.set(this.settings);
       this.second.open(tileset);
       this.second.follow(this.main);
     }
@@ -71,11 +77,18 @@ export class Views {
   private viewerOn(canvas: HTMLCanvasElement): Viewer {
     const viewer: Viewer = new Viewer(canvas, () => {
       if (viewer === this.leader) for (const other of this.all) if (other !== viewer) other.follow(viewer);
+      this.shareColours();
       this.onFrame();
     });
     canvas.addEventListener("pointerenter", () => this.lead(viewer));
     canvas.addEventListener("focus", () => this.lead(viewer));
     return viewer;
+  }
+
+  /** Colours mean the same in both views. */
+  private shareColours(): void {
+    const colours = this.beside && commonScale(this.all.flatMap(({ ownColours }) => ownColours ?? []));
+    if (!isSameScale(colours, this.settings.colours)) this.set({ colours });
   }
 
   private lead(viewer: Viewer): void {

@@ -75,6 +75,30 @@ test("styles are those of both, and a link shows both", async () => {
   await other.close();
 });
 
+test("colours and the legend are those of the heights of both, and of one again", async () => {
+  const legend = async () => {
+    await settled();
+    const ends = await page.locator("#legend-low, #legend-high").allTextContents();
+    return ends.map((text) => Number(text.replace("−", "-").replace(" m", "")));
+  };
+  const choose = async (name, beside) => {
+    await page.selectOption("#beside-tileset", beside);
+    await page.selectOption("#tileset", name);
+    return legend();
+  };
+  const above = names.find((name) => name.endsWith("_ellipsoid"));
+  await page.selectOption("#style", "Elevation");
+  const [lower, upper] = [await choose(above, "–"), await choose(names[0], "–")];
+  assert.ok(lower[0] < upper[0] - 20 && lower[1] < upper[1] - 20, `the geoid is 32 m below the ellipsoid: ${lower}, ${upper}`);
+  assert.ok(await page.isHidden("#legend-shared"));
+  const left = await pixelsOf(page, LEFT);
+  assert.deepEqual(await choose(names[0], above), [lower[0], upper[1]]);
+  assert.ok(await page.isVisible("#legend-shared"));
+  assert.ok(changedShare(left, await pixelsOf(page, LEFT)) > 0.01, "the first view has the common colours, too");
+  assert.deepEqual(await choose(names[0], "–"), upper);
+  await page.selectOption("#beside-tileset", names[1]);
+});
+
 test("an archive that is far away is said to be, and a click leads there and back", async () => {
   const local = names.find((name) => name.endsWith("_local"));
   const far = names.find((name) => name.startsWith("vancouver")) ?? local;

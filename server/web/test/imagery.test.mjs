@@ -12,6 +12,8 @@ const FINEST = 13;
 const [WEST, NORTH] = [-85, 37];
 
 let server, browser, page, template;
+/** What the server answers instead of tiles. */
+let refusal;
 const complaints = [];
 const asked = [];
 
@@ -20,7 +22,8 @@ before(async () => {
     const [z, x, y] = request.url.match(/\d+/g).map(Number);
     asked.push({ z, x, y });
     response.setHeader("access-control-allow-origin", "*");
-    if (z > FINEST) response.writeHead(204).end();
+    if (refusal !== undefined) response.writeHead(refusal).end();
+    else if (z > FINEST) response.writeHead(204).end();
     else response.writeHead(200, { "content-type": "image/bmp" }).end(tileBitmap(z, x, y));
   }).listen(0, "127.0.0.1");
   await once(server, "listening");
@@ -109,6 +112,32 @@ test("the field of the panel takes imagery away and says what is wrong with an a
   await page.press("#imagery", "Enter");
   assert.equal(await page.textContent("#attribution"), "Imagery: 127.0.0.1");
   assert.ok(page.url().includes("imagery="));
+});
+
+test("where no imagery comes it is said why, in a line, until some comes or none is asked for", async () => {
+  const message = async (wanted) => {
+    await page.waitForFunction((wanted) => document.querySelector("#message").textContent === wanted, wanted);
+    assert.equal(await page.isHidden("#message"), wanted === "");
+  };
+  const ask = async (address) => {
+    await page.fill("#imagery", address);
+    await page.press("#imagery", "Enter");
+  };
+  await page.evaluate(() => window.terrain.flyTo(-84.24, 36.3, 400, 9000, 20, 60));
+  refusal = 204;
+  await ask(`${template}?none`);
+  await message("No imagery: its server has no tiles here.");
+  refusal = 503;
+  await ask(`${template}?broken`);
+  await message("No imagery: its server answers 503.");
+  refusal = undefined;
+  // It is asked again some seconds later.
+  await message("");
+  await ask("http://127.0.0.1:9/{z}/{x}/{y}.png");
+  await message("No imagery: its server cannot be reached, or allows no other pages to read it.");
+  await ask("");
+  await message("");
+  assert.ok(complaints.length > 0 && complaints.splice(0).every((text) => /Failed to load resource/.test(text)));
 });
 
 test("the console stays quiet", () => assert.deepEqual(complaints, []));

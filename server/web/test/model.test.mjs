@@ -135,6 +135,16 @@ test("a model of another address is opened, and what is missing is told", async 
   await shown.close();
 });
 
+test("the help of both pages of models names the mouse, keys and fingers", async () => {
+  const curved = await quietPage(browser, complaints);
+  await curved.goto(new URL("curved.html?model=torus", process.env.TERRAIN_URL).href);
+  for (const shown of [page, curved]) {
+    const help = await shown.textContent("#help");
+    assert.ok(["drag", "wheel", "arrows", "one finger: orbit", "two fingers: move", "two fingers: zoom"].every((word) => help.includes(word)), help);
+  }
+  await curved.close();
+});
+
 test("on a phone nothing covers anything else, and a finger turns the model", async () => {
   const phone = await browser.newPage({ viewport: { width: 360, height: 640 }, hasTouch: true });
   await phone.goto(URL_OF_MODEL());

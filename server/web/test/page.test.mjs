@@ -282,6 +282,48 @@ test("fingers are told what they do, and there is a way back to all of the data 
   assert.ok(near < first / 2 && Math.abs(all / first - 1) < 0.01, `${first} m, ${near} m, ${all} m`);
 });
 
+test("in flight one finger looks around, and two move, forward as they part", async () => {
+  const phone = await browser.newPage({ viewport: { width: 360, height: 640 }, hasTouch: true, isMobile: true });
+  await phone.goto(process.env.TERRAIN_URL);
+  await phone.waitForFunction(() => window.terrain !== undefined);
+  await phone.evaluate(() => window.terrain.flyTo(-84.2, 36.3, 500, 8000, 0, 45));
+  await phone.evaluate(() => document.getElementById("flying").click());
+  assert.match(await phone.textContent("#help"), /^one finger: look/);
+  const session = await phone.context().newCDPSession(phone);
+  const touch = (type, ...places) => session.send("Input.dispatchTouchEvent", { type, touchPoints: places.map(([x, y], id) => ({ x, y, id })) });
+  /** How the pose differs, in degrees and metres, after fingers went from places to others. */
+  const changeBy = async (from, to) => {
+    const pose = async () => {
+      await phone.evaluate(() => window.terrain.settled());
+      return phone.evaluate(() => window.terrain.pose());
+    };
+    const before = await pose();
+    await touch("touchStart", ...from);
+    for (const share of [0.25, 0.5, 0.75, 1]) {
+      await touch("touchMove", ...from.map(([x, y], finger) => [x + share * (to[finger][0] - x), y + share * (to[finger][1] - y)]));
+    }
+    await touch("touchEnd");
+    const after = await pose();
+    const change = (part) => after[part] - before[part];
+    const turned = ((change("azimuth") + 540) % 360) - 180;
+    return { turned, down: change("down"), up: change("height"), north: change("latitude") * 111_000, east: change("longitude") * 89_500 };
+  };
+  const isStill = ({ up, north, east }) => Math.hypot(up, north, east) < 1;
+  const isAhead = ({ turned, down }) => Math.hypot(turned, down) < 0.5;
+  const looked = await changeBy([[180, 400]], [[240, 380]]);
+  assert.ok(looked.turned < -5 && looked.down > 2 && isStill(looked), JSON.stringify(looked));
+  await changeBy([[240, 380]], [[180, 400]]);
+  const parted = await changeBy([[150, 400], [210, 400]], [[90, 400], [270, 400]]);
+  assert.ok(parted.north > 500 && parted.up < -500 && Math.abs(parted.east) < 50 && isAhead(parted), JSON.stringify(parted));
+  const joined = await changeBy([[90, 400], [270, 400]], [[150, 400], [210, 400]]);
+  assert.ok(joined.north < -300 && joined.up > 300 && isAhead(joined), JSON.stringify(joined));
+  const moved = await changeBy([[90, 400], [150, 400]], [[190, 400], [250, 400]]);
+  assert.ok(moved.east < -500 && Math.abs(moved.up) < 50 && isAhead(moved), JSON.stringify(moved));
+  const lifted = await changeBy([[90, 400], [150, 400]], [[90, 480], [150, 480]]);
+  assert.ok(lifted.up > 500 && Math.abs(lifted.east) < 50 && isAhead(lifted), JSON.stringify(lifted));
+  await phone.close();
+});
+
 /** Of what is on the page, the pairs that cover each other, and what is partly off the page. */
 const overlaps = (shown) =>
   shown.evaluate(() => {
@@ -421,6 +463,16 @@ test("what was drawn stays while the server is away, and goes on when it is back
   const stats = await shaken.evaluate(() => window.terrain.stats());
   await shaken.close();
   assert.ok(stats.triangles > 1000, JSON.stringify(stats));
+});
+
+test("what decodes tiles is there before the first of them", async () => {
+  const other = await quietPage(browser, complaints);
+  await other.route(/\.spt/, () => {});
+  await other.goto(process.env.TERRAIN_URL);
+  await other.waitForFunction(() => window.terrain !== undefined);
+  for (let times = 0; times < 50 && other.workers().length === 0; times++) await other.waitForTimeout(100);
+  assert.match(other.workers()[0]?.url() ?? "no worker", /tile_worker/);
+  await other.close();
 });
 
 test("a missing server is told in a line", async () => {
