@@ -9,7 +9,7 @@ use terrain_core::Mesh;
 use super::fixture::{Random, address, border, drop_unused, even, grid, tile, unlike};
 use super::*;
 use crate::address::TileAddress;
-use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
+use crate::ellipsoid::{Geodetic, SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
 use crate::outside::{HeightField, Outside};
 use crate::tile::Tile;
 
@@ -238,6 +238,27 @@ fn what_is_beside_the_data_meets_them_where_they_end_at_a_side() {
             let beside = QuantizedMesh::unmeasured(at, std::slice::from_ref(&data), &outside);
             assert_eq!(validate(&beside, at), Ok(()), "{side:?}");
             let (expected, found) = (of_side(&fine, data.address, side), of_side(&beside, at, opposite));
+            if outside == Outside::Ellipsoid {
+                // The slope down from the data ends a 64th of a tile from them, and nothing inside is higher than the ground.
+                let places = (0..beside.vertices.len()).map(|vertex| beside.geodetic(at, vertex));
+                let inside: Vec<Geodetic> = places.filter(|place| place.height < 1.0).collect();
+                let is_near = |[longitude, latitude, _]: [f64; 3]| {
+                    let apart = |place: &Geodetic| {
+                        (place.longitude - longitude)
+                            .abs()
+                            .max((place.latitude - latitude).abs())
+                    };
+                    inside.iter().any(|place| apart(place) < at.degrees() / 60.0)
+                };
+                assert!(
+                    found.iter().copied().filter(|place| place[2] > 1.0).all(is_near),
+                    "{side:?}"
+                );
+                assert_eq!(
+                    beside.vertices.len() - inside.len(),
+                    found.iter().filter(|place| place[2] > 1.0).count()
+                );
+            }
             assert_eq!(expected.len(), found.len(), "{side:?}");
             for (one, other) in expected.iter().zip(&found) {
                 let apart = [0, 1, 2].map(|axis| (one[axis] - other[axis]).abs());

@@ -1,6 +1,6 @@
 //! The sides of a tile, as the tiles around measured them: where data end at a side, the tile across has the same points there.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::EXTENT;
 use super::measured::{Measured, Place, Point, seen_at};
@@ -49,6 +49,21 @@ impl Sides {
         let is_between = |a: i64, at: i64, b: i64| a.min(b) <= at && at <= a.max(b);
         let is_at = |[a, b]: &[Place; 2]| (0..2).all(|axis| is_between(a[axis], place[axis], b[axis]));
         self.edges.iter().any(is_at)
+    }
+
+    /// Places so far inwards from points on sides that are at the data's height: there the slope from these down to the ground ends.
+    pub(super) fn feet_of_slopes(&self, inwards: u16) -> BTreeSet<[u16; 2]> {
+        let within = |place: &Place| -> Option<[u16; 2]> {
+            let [u, v] = place.map(|along| u16::try_from(along).ok().filter(|&along| along <= EXTENT));
+            Some([u?, v?])
+        };
+        let moved = |along: u16| match along {
+            0 => inwards,
+            EXTENT => EXTENT - inwards,
+            between => between,
+        };
+        let raised = self.raised.iter().filter_map(within);
+        raised.map(|place| place.map(moved)).collect()
     }
 
     pub(super) fn is_raised(&self, point: Point) -> bool {

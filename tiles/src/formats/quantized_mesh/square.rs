@@ -7,7 +7,7 @@
 //! constrained Delaunay triangulation of all points, with the outline and then the mesh's edges as constraints
 //! triangles inside the rounded outline are measured, the others ground
 //! if the ground does not go on from the data: ground triangles get corners of their own, at its height there,
-//! and where measured and ground triangles meet is a wall
+//! and where measured and ground triangles meet is a wall; where they meet at the tile's side, a short slope
 //! ```
 //!
 //! A mesh that survives rounding comes out as it was: its edges are all there is room for (one that fills the square, too,
@@ -27,6 +27,9 @@ use crate::outside::Outside;
 
 /// Cells along a tile's side in which it is looked up what is outside, at most.
 const MOST_CELLS: f64 = 64.0;
+
+/// What part of a tile's side a slope is wide that closes the step between ground and what is measured on the other side of the tile's.
+const SLOPE: u16 = 64;
 
 /// A surface over the whole square.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +80,9 @@ pub(super) fn complete(
             .for_each(&mut add);
         let cells = ground_cells(rectangle, outside.detail());
         let own = ground_points(&outline, cells).filter(|&place| !sides.has_edge_at(place));
-        let ground = own.map(|[u, v]| Point {
+        let slopes = (!outside.meets_data()).then(|| sides.feet_of_slopes(EXTENT / SLOPE));
+        let slopes = slopes.into_iter().flatten().filter(|&place| outline.is_outside(place));
+        let ground = own.chain(slopes).map(|[u, v]| Point {
             u,
             v,
             height: height([u, v]),
