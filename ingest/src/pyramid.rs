@@ -314,6 +314,7 @@ impl<'a> Build<'a> {
                 heights_above: provenance.heights_above,
                 geoid: provenance.geoid,
                 samples: self.raster.size(),
+                heights: Some([lowest_sample, highest_sample]),
             },
             generator: concat!("terrain-ingest ", env!("CARGO_PKG_VERSION")).into(),
             zooms: summary.zooms(),

@@ -29,6 +29,7 @@ pub(crate) fn metadata() -> Metadata {
             heights_above: String::new(),
             geoid: None,
             samples: [10, 10],
+            heights: Some([0.0, 100.0]),
         },
         generator: "test".to_owned(),
         zooms: Vec::new(),

@@ -23,7 +23,7 @@ pub struct Metadata {
     pub scheme: String,
     /// West, south, east, north of the data in degrees; east may exceed 180 where data crosses the antimeridian.
     pub bounds: [f64; 4],
-    /// Lowest and highest height in metres.
+    /// Lowest and highest height of any surface, metres: coarse ones go beyond the samples.
     pub heights: [f64; 2],
     /// Coarsest zoom, always 0.
     pub min_zoom: u8,
@@ -301,6 +301,9 @@ pub struct Source {
     pub geoid: Option<String>,
     /// Samples from west to east and from north to south.
     pub samples: [usize; 2],
+    /// The lowest and the highest of them, in metres above what heights of tiles are above; older archives do not tell.
+    #[serde(default)]
+    pub heights: Option<[f64; 2]>,
 }
 
 impl Source {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::ellipsoid::{Geodetic, to_earth_centred};
 use terrain_tiles::tile::Tile;
@@ -70,14 +70,11 @@ fn surface(tile: &Tile, earth: &Earth, drawing: &Drawing) -> Surface {
         height,
     });
     let positions = places.map(|(place, height)| {
-        let position = to_earth_centred(Geodetic {
+        to_earth_centred(Geodetic {
             longitude: place.x,
             latitude: place.y,
             height,
-        });
-        // A pole is on all meridians; rounding puts it on one.
-        let is_pole = place.y.abs() == 90.0;
-        if is_pole { position * DVec3::Z } else { position }
+        })
     });
     Surface::new(earth, positions.collect(), feet.collect(), drawing.triangles.clone())
 }

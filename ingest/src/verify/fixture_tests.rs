@@ -293,6 +293,7 @@ fn metadata(tiles: &BTreeMap<TileAddress, Tile>) -> Metadata {
             heights_above: String::new(),
             geoid: None,
             samples: [SAMPLES, SAMPLES],
+            heights: None,
         },
         generator: "test".to_owned(),
         outside: terrain_tiles::outside::Outside::default(),

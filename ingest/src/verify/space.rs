@@ -28,6 +28,9 @@ pub(super) trait Space: Sync {
     /// Whether the foot of a point has no definite place in the grid: the poles.
     fn is_singular(&self, position: DVec3) -> bool;
 
+    /// Where a position without a definite place is but for rounding, which has a pole on some meridian.
+    fn exactly(&self, position: DVec3) -> DVec3;
+
     /// For a height at a post at a pole, which is on all meridians: the place next to it on its own, and the vertical there. `up`
     /// is the vertical at the post.
     fn beside_a_pole(&self, column: usize, row: usize, up: DVec3, height: f64) -> Option<(DVec3, DVec3)>;
@@ -93,6 +96,13 @@ impl Space for Earth<'_> {
     fn is_singular(&self, position: DVec3) -> bool {
         position.truncate().length_squared() < 1e-4
     }
+
+    fn exactly(&self, position: DVec3) -> DVec3 {
+        /// Metres.
+        const ROUNDING: f64 = 1e-6;
+        let is_rounded = position.truncate().length() < ROUNDING;
+        if is_rounded { position * DVec3::Z } else { position }
+    }
 }
 
 /// Column, row, metres: an affine picture of the raster's own reference system.
@@ -128,5 +138,9 @@ impl Space for Raster {
 
     fn is_singular(&self, _: DVec3) -> bool {
         false
+    }
+
+    fn exactly(&self, position: DVec3) -> DVec3 {
+        position
     }
 }

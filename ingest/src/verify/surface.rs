@@ -51,7 +51,7 @@ impl Surface {
         let middle = (positions[0] + positions[1]) / 2.0;
         for (position, foot) in positions.iter_mut().zip(&mut feet) {
             if space.is_singular(*position) {
-                *position = position.lerp(middle, 1e-6);
+                *position = space.exactly(*position).lerp(middle, 1e-6);
                 *foot = space.foot(*position);
             }
         }

@@ -25,6 +25,7 @@ pub(crate) fn metadata() -> Metadata {
             heights_above: String::new(),
             geoid: None,
             samples: [2, 2],
+            heights: None,
         },
         generator: "test".to_owned(),
         outside: Outside::default(),

@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 import { degreesOf, keyOf, type Address } from "./address.ts";
-import { DataHeights, isSameScale, type ColourScale } from "./colour_scale.ts";
+import { colourScaleOf, type ColourScale } from "./colour_scale.ts";
 import { isFilled } from "./filled.ts";
 import { Frame, tileBounds } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
@@ -116,7 +116,8 @@ export class TerrainLayer {
   readonly uniforms: SharedUniforms;
   /** Holds the data, along east, north and up in their middle. */
   private readonly dataBox: OrientedBox;
-  private readonly dataHeights: DataHeights;
+  /** What the heights of the archive make of colours. */
+  readonly ownColours: ColourScale;
   private readonly store: TileStore;
   private readonly morph = new Morph<Choice>((address) => this.store.get(address));
   private readonly normals: SquareRasters<SquareRaster>;
@@ -158,7 +159,7 @@ export class TerrainLayer {
       showsFilled: { value: false },
       axis: { value: this.frame.axis },
     };
-    this.dataHeights = new DataHeights(tileset.metadata);
+    this.ownColours = colourScaleOf(tileset.metadata);
     this.setColours();
     this.normals = normalsOf(tileset.source, () => this.invalidate());
     this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
@@ -306,11 +307,6 @@ export class TerrainLayer {
     this.invalidate();
   }
 
-  /** What the archive's own heights make of colours, as far as they are known. */
-  get ownColours(): ColourScale {
-    return this.dataHeights.scale;
-  }
-
   /** Where there is sea is a matter of the archive, whatever scale it shares. */
   private setColours(): void {
     const { ends: [lowest, highest], seaLevel } = this.settings.colours ?? this.ownColours;
@@ -318,15 +314,6 @@ export class TerrainLayer {
     this.uniforms.landFrom.value = seaLevel ?? lowest;
     this.uniforms.seaLevel.value = this.ownColours.seaLevel ?? BELOW_ALL;
     this.uniforms.contourInterval.value = niceInterval((highest - lowest) / CONTOURS_PER_RANGE);
-  }
-
-  /** Narrows colours to what is drawn. */
-  private learnHeights(choices: readonly Choice[]): void {
-    const before = this.ownColours;
-    this.dataHeights.learn(choices.map(({ address }) => this.store.get(address)!.heights));
-    if (isSameScale(before, this.ownColours)) return;
-    this.setColours();
-    this.invalidate();
   }
 
   /** Nothing that is drawn is below it; it hides what is beyond the horizon. */
@@ -431,7 +418,6 @@ export class TerrainLayer {
     }
     this.missing = requests.length;
     this.store.request(requests);
-    if (requests.length === 0 && this.alone === undefined) this.learnHeights(choices);
     // Tiles come first: what lies on coarser ones would soon be of no use.
     if (this.store.isLoading || this.store.hasMore) return;
     const seen = choices.filter(({ address }) => sight.sees(this.store.bounds(address)));

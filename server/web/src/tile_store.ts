@@ -1,7 +1,6 @@
 // The tiles of one tileset: which exist, which are loaded, and the loading of more.
 
 import { keyOf, type Address } from "./address.ts";
-import type { TileHeights } from "./colour_scale.ts";
 import { tileBounds, type Bounds, type Frame } from "./frame.ts";
 import { grown, type OrientedBox } from "./oriented_box.ts";
 import { triangleCount } from "./partition.ts";
@@ -34,8 +33,6 @@ interface Drawable extends PlacedTile {
   readonly there: number;
   /** The interior ones of the whole tile. */
   readonly levels: readonly Level[];
-  /** Of the finest level that is there. */
-  readonly heights: TileHeights;
 }
 
 interface LoadedTile {
@@ -238,20 +235,21 @@ export class TileStore implements Hierarchy {
     const tile = placed(decoded, this.frame);
     const { filled } = decoding;
     const mesh = new TileMesh(tile, { filled, water: this.water.texels(tileBounds(decoded.address)) }, this.frame, this.shared);
-    const [levels, there] = [levelsOf(decoding, mesh), decoding.levelsThere];
-    const [lowest, highest] = heightsOf(decoded, decoded.representatives.length);
-    const heights = { lowest, highest, error: levels[Math.min(there, levels.length) - 1]?.error ?? Infinity };
-    const drawable = { ...tile, mesh, filled, there, levels, heights };
+    const drawable = { ...tile, mesh, filled, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
     this.loaded.set(key, { decoding, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
     this.boxes.set(key, this.boxOf(decoded));
     this.ahead.delete(key);
   }
 
   /** Holds the tile and all below it: whatever is drawn there is as near to the source as the tile's finest surface is. */
-  private boxOf(tile: Tile): OrientedBox {
-    const margin = 2 * (tile.levels.at(-1)?.error ?? 0);
-    const [lowest, highest] = heightsOf(tile, tile.positions.length / 3);
-    return this.boxBetween(tile.address, [lowest - margin, highest + margin]);
+  private boxOf({ address, positions, levels }: Tile): OrientedBox {
+    const margin = 2 * (levels.at(-1)?.error ?? 0);
+    let [lowest, highest] = [Infinity, -Infinity];
+    for (let at = 2; at < positions.length; at += 3) {
+      lowest = Math.min(lowest, positions[at]!);
+      highest = Math.max(highest, positions[at]!);
+    }
+    return this.boxBetween(address, [lowest - margin, highest + margin]);
   }
 
   /** The coarser tile stays on screen; the selection will ask again. */
@@ -292,16 +290,6 @@ export class TileStore implements Hierarchy {
   private boxBetween(address: Address, heights: readonly [number, number]): OrientedBox {
     return this.frame.orientedBox(overlap(tileBounds(address), this.tileset.metadata.bounds), heights);
   }
-}
-
-/** Lowest and highest of the first places of a tile. */
-function heightsOf({ positions }: Tile, places: number): [number, number] {
-  let [lowest, highest] = [Infinity, -Infinity];
-  for (let at = 2; at < 3 * places; at += 3) {
-    lowest = Math.min(lowest, positions[at]!);
-    highest = Math.max(highest, positions[at]!);
-  }
-  return [lowest, highest];
 }
 
 /** The interior levels of a tile; the finest with all sides fine. Its mesh holds those that are there. */

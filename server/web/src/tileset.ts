@@ -38,6 +38,8 @@ export interface Metadata {
   readonly source?: {
     readonly vertical_datum?: string;
     readonly heights_above?: string;
+    /** Lowest and highest sample, metres. */
+    readonly heights?: readonly [number, number] | null;
     readonly geoid?: string | null;
   };
 }
@@ -98,6 +100,7 @@ export function checkedMetadata(name: string, value: unknown): Metadata {
   const valid =
     isNumbers(metadata?.bounds, 4) &&
     isNumbers(metadata?.heights, 2) &&
+    isNumbers(metadata?.source?.heights ?? metadata?.heights, 2) &&
     Array.isArray(metadata?.zooms) &&
     metadata.zooms.every(isZoom) &&
     isWater(metadata.water ?? []);
