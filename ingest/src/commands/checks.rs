@@ -103,7 +103,6 @@ impl Display for Info<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(metadata) = self;
         let [west, south, east, north] = metadata.bounds;
-        let [lowest, highest] = metadata.heights;
         let source = &metadata.source;
         writeln!(f, "format          {} version {}", metadata.format, metadata.version)?;
         writeln!(f, "written by      {}", metadata.generator)?;
@@ -121,7 +120,15 @@ impl Display for Info<'_> {
             f,
             "bounds          {west:.6}, {south:.6}, {east:.6}, {north:.6} (west, south, east, north)"
         )?;
-        writeln!(f, "heights         {lowest} … {highest} m")?;
+        let range = |[lowest, highest]: [f64; 2]| format!("{lowest} … {highest} m");
+        let of_samples = source
+            .heights
+            .map_or_else(String::new, |heights| format!("{} of samples, ", range(heights)));
+        writeln!(
+            f,
+            "heights         {of_samples}{} of all surfaces",
+            range(metadata.heights)
+        )?;
         writeln!(
             f,
             "error           {} m at the leaves, bounded at the {}",
