@@ -120,7 +120,10 @@ impl Display for Info<'_> {
             f,
             "bounds          {west:.6}, {south:.6}, {east:.6}, {north:.6} (west, south, east, north)"
         )?;
-        let range = |[lowest, highest]: [f64; 2]| format!("{lowest} … {highest} m");
+        let range = |heights: [f64; 2]| {
+            let [lowest, highest] = heights.map(|metres| (metres * 1e3).round() / 1e3);
+            format!("{lowest} … {highest} m")
+        };
         let of_samples = source
             .heights
             .map_or_else(String::new, |heights| format!("{} of samples, ", range(heights)));
