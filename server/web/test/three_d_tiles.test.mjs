@@ -139,19 +139,23 @@ for (const packing of PACKINGS) {
     assert.ok(files > 10 && points > 10_000);
   });
 
-  test(`every ${packing} tile of the implicit tileset is valid`, async () => {
+  test(`every ${packing} tile of the implicit tileset is valid, and the ground beside the data`, async () => {
     const [{ metadata }] = await json(new URL("tilesets", url));
+    let ground = 0;
     for (const { zoom, available } of metadata.zooms) {
-      for (const [startX, startY, endX, endY] of zoom === 0 ? [[0, 0, 1, 0]] : available) {
-        for (let x = startX; x <= endX; x++) {
-          for (let y = startY; y <= endY; y++) {
-            const columns = 2 ** zoom;
+      const columns = 2 ** zoom;
+      const isMeasured = (x, y) => available.some(([startX, startY, endX, endY]) => startX <= x && x <= endX && startY <= y && y <= endY);
+      for (const [startX, startY, endX, endY] of available) {
+        for (let x = Math.max(startX - 1, 0); x <= Math.min(endX + 1, 2 * columns - 1); x++) {
+          for (let y = Math.max(startY - 1, 0); y <= Math.min(endY + 1, columns - 1); y++) {
             const path = `${name}/3d-terrain/${Math.floor(x / columns)}/${zoom}/${x % columns}/${y}.glb?packing=${packing}`;
             await assertValid(new URL(path, url), await bytesOf(new URL(path, url)));
+            ground += isMeasured(x, y) ? 0 : 1;
           }
         }
       }
     }
+    assert.ok(ground > 20, `${ground} tiles of ground`);
   });
 }
 
