@@ -171,6 +171,8 @@ async function open(file, tileset, packing) {
     throw new Error(`${file}: ${error.message}; ${complaints.join("; ")}`);
   });
   await page.waitForTimeout(1000);
+  // A globe has all it needs before it begins, too.
+  await page.waitForFunction("window.ready?.()", undefined, { timeout: SETTLE_MILLISECONDS });
   if (process.env.TERRAIN_SCREENSHOTS) await page.screenshot({ path: join(process.env.TERRAIN_SCREENSHOTS, `${file}-${tileset}-${packing}.png`) });
   return { page, complaints };
 }
