@@ -172,33 +172,42 @@ impl BorderSource<'_> {
             at.x += ((step.ends[0][0] as f64 - at.x) / circle).round() * circle;
             at.cmpge(low).all() && at.cmple(high).all()
         };
-        let share = |number: usize| number as f64 / PARTS as f64;
-        let inside = (0..=PARTS).map(share).filter(|&share| is_inside(share));
-        let leaving = (0..PARTS).map(|number| [share(number), share(number + 1)]);
-        let leaving = leaving.filter_map(|[mut first, mut last]| {
-            let is_first_inside = is_inside(first);
-            (is_first_inside != is_inside(last)).then(|| {
-                for _ in 0..HALVINGS {
-                    let middle = f64::midpoint(first, last);
-                    if is_inside(middle) == is_first_inside {
-                        first = middle;
-                    } else {
-                        last = middle;
-                    }
+        let looked: Vec<(f64, bool)> = (0..=PARTS)
+            .map(|number| number as f64 / PARTS as f64)
+            .map(|share| (share, is_inside(share)))
+            .collect();
+        let leaving = looked.windows(2).filter(|pair| pair[0].1 != pair[1].1).map(|pair| {
+            let [(mut first, is_first_inside), (mut last, _)] = [pair[0], pair[1]];
+            for _ in 0..HALVINGS {
+                let middle = f64::midpoint(first, last);
+                if is_inside(middle) == is_first_inside {
+                    first = middle;
+                } else {
+                    last = middle;
                 }
-                first
-            })
+            }
+            first
         });
+        let inside = looked
+            .iter()
+            .filter(|(_, is_inside)| *is_inside)
+            .map(|(share, _)| *share);
+        let places: Vec<DVec3> = inside
+            .chain(leaving)
+            .map(|share| on_ellipsoid(geographic(share)))
+            .collect();
+        if places.is_empty() {
+            return 0.0;
+        }
         let edges: Vec<[DVec3; 2]> = edges
             .iter()
             .map(|edge| edge.map(|end| on_ellipsoid(self.lattice.geographic(end))))
             .collect();
-        let nearest = |share: f64| {
-            let place = on_ellipsoid(geographic(share));
+        let nearest = |&place: &DVec3| {
             let distances = edges.iter().map(|&edge| distance_on_earth(place, edge));
             distances.fold(f64::INFINITY, f64::min)
         };
-        BETWEEN_PLACES * inside.chain(leaving).map(nearest).fold(0.0, f64::max)
+        BETWEEN_PLACES * places.iter().map(nearest).fold(0.0, f64::max)
     }
 
     /// Height of the surface at a global lattice position; next to the surface, of the nearest cell, carried on.

@@ -28,7 +28,7 @@ use crate::outside::Outside;
 /// Cells along a tile's side in which it is looked up what is outside, at most.
 const MOST_CELLS: f64 = 64.0;
 
-/// What part of a tile's side a slope is wide that closes the step between ground and what is measured on the other side of the tile's.
+/// What part of a tile's side a slope is wide that goes down from the data across a side to the ground.
 const SLOPE: u16 = 64;
 
 /// A surface over the whole square.
