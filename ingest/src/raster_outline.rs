@@ -142,13 +142,16 @@ impl BorderSource<'_> {
         [place.x, place.y].map(|coordinate| out_of_strip(coordinate.round() as i64, extent))
     }
 
+    /// Longitude and latitude of a place on a step, by its share of the way in the raster.
+    fn in_raster(&self, step: &Step, share: f64) -> DVec2 {
+        self.georeference
+            .geographic(step.samples[0].lerp(step.samples[1], share))
+    }
+
     /// Metres, seen from above, between a step of the raster and the edges on the lattice that stand for it: its ends were
     /// rounded or moved, and what is straight in the raster, on the map and in space differ in between.
     pub(crate) fn strays(&self, step: &Step) -> f64 {
-        let in_raster = |share| {
-            self.georeference
-                .geographic(step.samples[0].lerp(step.samples[1], share))
-        };
+        let in_raster = |share| self.in_raster(step, share);
         let [from, to] = step.ends.map(|[x, y]| DVec2::new(x as f64, y as f64));
         let on_map = |share| self.lattice.geographic(from.lerp(to, share));
         let ends = [0.0, 1.0].map(|share| on_ellipsoid(on_map(share)));
@@ -163,12 +166,9 @@ impl BorderSource<'_> {
     /// `edges` there: where the step goes out of the square at a flat angle, they may do so far from it.
     pub(crate) fn strays_within(&self, step: &Step, [low, high]: [DVec2; 2], edges: &[[DVec2; 2]]) -> f64 {
         let circle = (2 * self.lattice.extent(0)) as f64;
-        let geographic = |share: f64| {
-            self.georeference
-                .geographic(step.samples[0].lerp(step.samples[1], share))
-        };
+        let in_raster = |share| self.in_raster(step, share);
         let is_inside = |share: f64| {
-            let mut at = self.lattice.global(geographic(share));
+            let mut at = self.lattice.global(in_raster(share));
             at.x += ((step.ends[0][0] as f64 - at.x) / circle).round() * circle;
             at.cmpge(low).all() && at.cmple(high).all()
         };
@@ -194,7 +194,7 @@ impl BorderSource<'_> {
             .map(|(share, _)| *share);
         let places: Vec<DVec3> = inside
             .chain(leaving)
-            .map(|share| on_ellipsoid(geographic(share)))
+            .map(|share| on_ellipsoid(in_raster(share)))
             .collect();
         if places.is_empty() {
             return 0.0;
