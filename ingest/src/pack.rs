@@ -31,8 +31,8 @@ use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
 use terrain_tiles::address::{TileAddress, is_leaf, rows_of, standing_for};
-use terrain_tiles::archive::Reader;
-use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh, addresses_around};
+use terrain_tiles::archive::{Reader, tile_id};
+use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};
 use terrain_tiles::layer_json::{LayerForm, LayerJson};
 use terrain_tiles::metadata::{Metadata, Zoom};
@@ -43,6 +43,7 @@ pub use self::choice::Choice;
 pub use self::difference::{Difference, apply};
 use self::folder::{Folder, sizes};
 use self::sea_level::AboveSea;
+use self::stored::Surfaces;
 pub use self::unusable::Unusable;
 use self::whole::write_whole;
 use crate::archive_tiles;
@@ -280,7 +281,7 @@ impl<'a> Pack<'a> {
     /// The chosen tiles, both roots, from which clients start, and what is beside them, where the data may end at a tile's side.
     fn with_ground(&self) -> BTreeSet<TileAddress> {
         let roots = [0, 1].map(|x| TileAddress { zoom: 0, x, y: 0 });
-        let around = self.chosen.iter().flat_map(|&address| addresses_around(address));
+        let around = self.chosen.iter().flat_map(|address| address.around());
         let is_below_leaf = |address: TileAddress| {
             let standing = standing_for(address, |address| self.chosen.contains(&address));
             standing.is_some_and(|standing| standing != address)
@@ -296,19 +297,21 @@ impl<'a> Pack<'a> {
             water_mask: true,
             measured_triangles: false,
         };
-        self.with_ground().into_par_iter().try_for_each(|address| {
-            let beside = stored::tiles_around(self.archive, address)?;
-            let mut mesh = if self.archive.checksum(address).is_some() {
-                QuantizedMesh::from_tile(&archive_tiles::tile(self.archive, address)?, &beside, outside)
-            } else {
-                QuantizedMesh::unmeasured(address, &beside, outside)
-            };
-            mesh.water_mask = (!water.is_empty()).then(|| water.mask(address));
-            self.folder.write(
-                &format!("{address}.terrain"),
-                &quantized_mesh::encode(&mesh, extensions),
-            )
-        })?;
+        let surfaces = Surfaces::of(self.archive);
+        along_curve(&self.with_ground())
+            .into_par_iter()
+            .try_for_each(|address| {
+                let beside = || surfaces.around(address);
+                let mut mesh = match surfaces.at(address)? {
+                    Some(own) => QuantizedMesh::from_tile(&own, beside, outside)?,
+                    None => QuantizedMesh::unmeasured(address, beside, outside)?,
+                };
+                mesh.water_mask = (!water.is_empty()).then(|| water.mask(address));
+                self.folder.write(
+                    &format!("{address}.terrain"),
+                    &quantized_mesh::encode(&mesh, extensions),
+                )
+            })?;
         let name = self.archive.metadata().source.files.join(", ");
         let layer = LayerJson::new(
             &name,
@@ -321,12 +324,12 @@ impl<'a> Pack<'a> {
     }
 
     fn three_d_tiles(self, packing: Packing) -> anyhow::Result<Self> {
-        self.chosen.par_iter().try_for_each(|&address| {
-            let surface = TileSurface::measured(
-                &archive_tiles::tile(self.archive, address)?,
-                &stored::tiles_around(self.archive, address)?,
-                packing,
-            );
+        let surfaces = Surfaces::of(self.archive);
+        along_curve(&self.chosen).into_par_iter().try_for_each(|address| {
+            let surface = surfaces
+                .at(address)?
+                .with_context(|| format!("tile {address} is not there"))?;
+            let surface = TileSurface::measured(&surface, packing);
             let file = three_d_tiles::file(&surface, packing, self.archive.metadata());
             self.folder.write(
                 &format!("{address}.glb"),
@@ -381,6 +384,13 @@ impl<'a> Pack<'a> {
             ..whole.clone()
         }
     }
+}
+
+/// In an order in which tiles that share much of their surroundings mostly follow each other.
+fn along_curve(tiles: &BTreeSet<TileAddress>) -> Vec<TileAddress> {
+    let mut tiles: Vec<TileAddress> = tiles.iter().copied().collect();
+    tiles.sort_by_cached_key(|&address| tile_id(address));
+    tiles
 }
 
 fn tiles_of(tiles: &BTreeSet<TileAddress>, zoom: u8) -> impl Iterator<Item = TileAddress> {

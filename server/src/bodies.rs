@@ -8,9 +8,8 @@ use quick_cache::sync::Cache;
 use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::form::{Form, MercatorRequest};
-use crate::raster_dem::RasterRequest;
+use crate::raster_dem::{GradientsRequest, RasterRequest};
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::raster_dem::image::Format;
 
 /// Which body.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -22,7 +21,7 @@ pub(crate) enum Key {
     /// A quantized-mesh in Web Mercator, of a generation of an archive.
     Mercator(u64, MercatorRequest),
     /// Normals of a tile's square.
-    Gradients(u64, TileAddress, Format),
+    Gradients(u64, GradientsRequest),
     /// A document by its tag, which tells its content.
     Document(String, Coding),
 }

@@ -16,9 +16,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use arc_swap::ArcSwap;
 use terrain_tiles::archive::ArchiveError;
+use terrain_tiles::shading::Shading;
 
 use crate::remote::{Address, Remote, is_address};
 use crate::tileset::Tileset;
+
+/// Shaded surfaces of tiles kept in memory, bytes.
+const SHADING_BYTES: u64 = 128 << 20;
 
 /// What ends the name of an archive in a folder.
 const ENDING: &str = "pmtiles";
@@ -35,6 +39,8 @@ pub struct Catalogue {
     tilesets: ArcSwap<Tilesets>,
     /// How often these were replaced.
     epoch: AtomicU64,
+    /// For all archives.
+    shading: Arc<Shading>,
 }
 
 /// A file that was looked at.
@@ -70,12 +76,13 @@ impl Catalogue {
             known: Mutex::default(),
             tilesets: ArcSwap::default(),
             epoch: AtomicU64::default(),
+            shading: Arc::new(Shading::new(SHADING_BYTES)),
         };
         for source in &catalogue.sources {
             if !source.is_dir() {
                 let found = catalogue.look(source);
                 let (identity, remote) = found.map_err(|error| ArchiveError::Io(source.clone(), error))?;
-                let tileset = Some(Arc::new(Tileset::open(source, remote)?));
+                let tileset = Some(Arc::new(Tileset::open(source, remote, Arc::clone(&catalogue.shading))?));
                 catalogue.lock().insert(source.clone(), Known { identity, tileset });
             }
         }
@@ -120,7 +127,7 @@ impl Catalogue {
             };
             if known.get(&path).is_none_or(|before| before.identity != identity) {
                 let before = known.remove(&path).and_then(|before| before.tileset);
-                let tileset = open(&path, remote).or(before);
+                let tileset = self.opened(&path, remote).or(before);
                 known.insert(path, Known { identity, tileset });
                 has_changed = true;
             }
@@ -144,6 +151,19 @@ impl Catalogue {
 
     pub(crate) fn find(&self, name: &str) -> Option<Arc<Tileset>> {
         self.tilesets.load().get(name).cloned()
+    }
+
+    fn opened(&self, path: &Path, remote: Option<Remote>) -> Option<Arc<Tileset>> {
+        match Tileset::open(path, remote, Arc::clone(&self.shading)) {
+            Ok(tileset) => {
+                tracing::info!("{}: version {}", path.display(), tileset.version);
+                Some(Arc::new(tileset))
+            }
+            Err(error) => {
+                tracing::warn!("{error}");
+                None
+            }
+        }
     }
 
     /// What is at a path or an address now, by which it is known again, and the object itself where it is elsewhere.
@@ -178,19 +198,6 @@ impl Catalogue {
     /// Nothing panics while it is held, and even then what is known of files stays right.
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<PathBuf, Known>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-fn open(path: &Path, remote: Option<Remote>) -> Option<Arc<Tileset>> {
-    match Tileset::open(path, remote) {
-        Ok(tileset) => {
-            tracing::info!("{}: version {}", path.display(), tileset.version);
-            Some(Arc::new(tileset))
-        }
-        Err(error) => {
-            tracing::warn!("{error}");
-            None
-        }
     }
 }
 

@@ -56,16 +56,20 @@ impl TileRequest {
         Ok(Self { address, form })
     }
 
-    /// Changes exactly when the tile's bytes in this form do, but for their content coding; none where there is no tile.
+    /// Changes whenever the tile's bytes in this form do, but for their content coding; none where there is no tile. Normals are made of
+    /// tiles far around: with them it changes with the archive, without them only with what is beside.
     pub(crate) fn tag(&self, tileset: &Tileset) -> Option<String> {
         let checksum = tileset.checksum(self.address);
         match self.form {
-            Form::Progressive => checksum.map(|checksum| format!("{checksum:016x}")),
+            Form::Progressive => checksum.map(hexadecimal),
             Form::ThreeDTiles { part, .. } => part.tag(tileset, self.address),
             Form::QuantizedMesh { extensions, .. } => {
-                let own = checksum.or_else(|| tileset.has_ground(self.address).then_some(0))?;
-                let checksum = tileset.checksum_with_surroundings(self.address, own);
-                Some(quantized_mesh_tag(checksum, extensions))
+                let content = if extensions.normals {
+                    tileset.is_drawn(self.address).then(|| tileset.version.clone())
+                } else {
+                    tileset.checksum_with_surroundings(self.address).map(hexadecimal)
+                };
+                Some(quantized_mesh_tag(&content?, extensions))
             }
         }
     }
@@ -118,10 +122,14 @@ impl MercatorRequest {
         })
     }
 
-    /// Changes exactly when the tile's bytes do, but for their content coding; none where there is no tile.
+    /// As [`TileRequest::tag`].
     pub(crate) fn tag(&self, tileset: &Tileset) -> Option<String> {
-        let checksum = tileset.checksum_in_mercator(self.tile)?;
-        Some(quantized_mesh_tag(checksum, self.extensions))
+        let content = if self.extensions.normals {
+            tileset.is_drawn_in_mercator(self.tile).then(|| tileset.version.clone())
+        } else {
+            tileset.checksum_in_mercator(self.tile).map(hexadecimal)
+        };
+        Some(quantized_mesh_tag(&content?, self.extensions))
     }
 
     /// The tile's bytes. Blocks while it reads and encodes.
@@ -132,8 +140,12 @@ impl MercatorRequest {
     }
 }
 
-/// Of a quantized-mesh that is made of what `checksum` tells.
-fn quantized_mesh_tag(checksum: u64, extensions: Extensions) -> String {
+fn hexadecimal(checksum: u64) -> String {
+    format!("{checksum:016x}")
+}
+
+/// Of a quantized-mesh that is made of what `content` tells.
+fn quantized_mesh_tag(content: &str, extensions: Extensions) -> String {
     let Extensions {
         normals,
         water_mask,
@@ -141,10 +153,7 @@ fn quantized_mesh_tag(checksum: u64, extensions: Extensions) -> String {
     } = extensions;
     let flags = u8::from(normals) + 2 * u8::from(measured_triangles) + 4 * u8::from(water_mask);
     // Another program may encode it otherwise.
-    format!(
-        "{checksum:016x}-{flags}-{}",
-        env!("CARGO_PKG_VERSION").replace('.', "-")
-    )
+    format!("{content}-{flags}-{}", env!("CARGO_PKG_VERSION").replace('.', "-"))
 }
 
 /// From which end rows are counted.

@@ -14,15 +14,17 @@ use serde_json::json;
 use terrain_tiles::address::TileAddress;
 use terrain_tiles::raster_dem::image::Encoding;
 use terrain_tiles::raster_dem::{RasterForm, SIZES};
+use terrain_tiles::tile_file::SquareTile;
 
 use crate::answer::Description;
 use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
-use crate::form::tile_address;
+use crate::heights::Heights;
 use crate::service::Service;
-use crate::tiles::json_document;
-pub(crate) use request::RasterRequest;
+use crate::tiles::{Wanted, answer_from, json_document};
+use crate::tileset::{TileError, Tileset};
+pub(crate) use request::{GradientsRequest, RasterRequest};
 
 pub(crate) fn routes() -> Router<Service> {
     Router::new()
@@ -35,7 +37,7 @@ pub(crate) fn routes() -> Router<Service> {
 
 /// What may be asked of TileJSON.
 #[derive(Deserialize)]
-struct Wanted {
+struct Asked {
     /// Pixels along a side of a tile.
     size: Option<u32>,
     /// `png` or `webp`.
@@ -45,41 +47,40 @@ struct Wanted {
 async fn terrarium_json(
     state: State<Service>,
     name: Path<String>,
-    wanted: Query<Wanted>,
+    asked: Query<Asked>,
     headers: HeaderMap,
 ) -> Result<Response, Failure> {
-    tile_json(&state, &name, &wanted, &headers, Encoding::Terrarium).await
+    tile_json(&state, &name, &asked, &headers, Encoding::Terrarium).await
 }
 
 async fn mapbox_json(
     state: State<Service>,
     name: Path<String>,
-    wanted: Query<Wanted>,
+    asked: Query<Asked>,
     headers: HeaderMap,
 ) -> Result<Response, Failure> {
-    tile_json(&state, &name, &wanted, &headers, Encoding::Mapbox).await
+    tile_json(&state, &name, &asked, &headers, Encoding::Mapbox).await
 }
 
 async fn terrarium(state: State<Service>, path: Path<[String; 4]>, request: Request) -> Result<Response, Failure> {
-    tile(
-        &state,
-        &path,
-        request.uri().query(),
-        request.headers(),
-        Encoding::Terrarium,
-    )
-    .await
+    let (headers, query) = (request.headers(), request.uri().query().unwrap_or_default());
+    raster(Encoding::Terrarium, &state, &path, query, headers).await
 }
 
 async fn mapbox(state: State<Service>, path: Path<[String; 4]>, request: Request) -> Result<Response, Failure> {
-    tile(
-        &state,
-        &path,
-        request.uri().query(),
-        request.headers(),
-        Encoding::Mapbox,
-    )
-    .await
+    let (headers, query) = (request.headers(), request.uri().query().unwrap_or_default());
+    raster(Encoding::Mapbox, &state, &path, query, headers).await
+}
+
+async fn raster(
+    encoding: Encoding,
+    service: &Service,
+    [name, z, x, file]: &[String; 4],
+    query: &str,
+    headers: &HeaderMap,
+) -> Result<Response, Failure> {
+    let wanted = RasterRequest::parse([z, x, file], query, encoding)?;
+    answer_from(service, name, &wanted, query, headers).await
 }
 
 /// Normals of the square of one of our own tiles; its rows count from the south, as theirs.
@@ -88,41 +89,74 @@ async fn normals(
     Path([name, z, x, file]): Path<[String; 4]>,
     request: Request,
 ) -> Result<Response, Failure> {
-    let tileset = service.find(&name)?;
-    let (_, ending) = file.split_once('.').unwrap_or((&file, ""));
-    let format = request::format(ending)?;
-    let missing = || format!("tileset “{name}” has no normals {z}/{x}/{file}");
-    let address = tile_address([&z, &x, &file])?;
-    if tileset.checksum(address).is_none() {
-        return Err(Failure::NotFound(missing()));
+    let query = request.uri().query().unwrap_or_default();
+    let wanted = GradientsRequest::parse([&z, &x, &file])?;
+    answer_from(&service, &name, &wanted, query, request.headers()).await
+}
+
+impl Wanted for RasterRequest {
+    fn tag(&self, tileset: &Tileset) -> Option<String> {
+        let is_there = self.is_of(tileset.metadata());
+        is_there.then(|| format!("{}-{}", &tileset.version[..16], self.name()))
     }
-    let TileAddress { zoom, x, y } = address;
-    let tag = format!("{}-gradients-{zoom}-{x}-{y}-{}", &tileset.version[..16], format.name());
-    let description = Description::new(format.content_type(), &tag, Coding::Identity)
-        .immutable(tileset.is_named_in(request.uri().query().unwrap_or_default()));
-    if let Some(response) = description.not_modified(request.headers()) {
-        return Ok(response);
+
+    fn description(&self, tag: &str) -> Description {
+        Description::new(self.form.format.content_type(), tag, Coding::Identity)
     }
-    let key = Key::Gradients(tileset.generation, address, format);
-    let heights = service.heights.clone();
-    let draw = move || gradients::draw(&heights, &tileset, address, format);
-    let body = service.bodies.get(key.clone(), draw).await;
-    let body = body.map_err(|error| error.answered(missing))?;
-    Ok(description.respond_from(key, request.headers(), body))
+
+    fn key(&self, generation: u64) -> Key {
+        Key::Raster(generation, *self)
+    }
+
+    fn body(&self, tileset: &Tileset, heights: &Heights) -> Result<Bytes, TileError> {
+        let ground_at = |address| heights.ground(tileset, address);
+        let drawn = self.form.draw(tileset.metadata(), self.tile, ground_at);
+        drawn.map(Bytes::from)
+    }
+
+    fn address(&self) -> String {
+        let SquareTile { zoom, x, y } = self.tile;
+        format!("{zoom}/{x}/{y}.{} of heights", self.form.format.name())
+    }
+}
+
+impl Wanted for GradientsRequest {
+    fn tag(&self, tileset: &Tileset) -> Option<String> {
+        let TileAddress { zoom, x, y } = self.address;
+        let is_there = tileset.checksum(self.address).is_some();
+        let version = &tileset.version[..16];
+        is_there.then(|| format!("{version}-gradients-{zoom}-{x}-{y}-{}", self.format.name()))
+    }
+
+    fn description(&self, tag: &str) -> Description {
+        Description::new(self.format.content_type(), tag, Coding::Identity)
+    }
+
+    fn key(&self, generation: u64) -> Key {
+        Key::Gradients(generation, *self)
+    }
+
+    fn body(&self, tileset: &Tileset, heights: &Heights) -> Result<Bytes, TileError> {
+        gradients::draw(heights, tileset, self.address, self.format)
+    }
+
+    fn address(&self) -> String {
+        format!("{}.{} of normals", self.address, self.format.name())
+    }
 }
 
 async fn tile_json(
     service: &Service,
     name: &str,
-    wanted: &Wanted,
+    asked: &Asked,
     headers: &HeaderMap,
     encoding: Encoding,
 ) -> Result<Response, Failure> {
     let tileset = service.find(name)?;
     let form = RasterForm {
-        size: request::size(wanted.size.unwrap_or(SIZES[0]))?,
+        size: request::size(asked.size.unwrap_or(SIZES[0]))?,
         encoding,
-        format: request::format(wanted.format.as_deref().unwrap_or("png"))?,
+        format: request::format(asked.format.as_deref().unwrap_or("png"))?,
     };
     let address = format!(
         "{}/{name}/{}/{{z}}/{{x}}/{{y}}.{}?v={}&size={}",
@@ -148,34 +182,4 @@ fn address_of(service: &Service, headers: &HeaderMap) -> Result<String, Failure>
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
     let host = host.ok_or_else(|| Failure::BadRequest("a request has one Host".to_owned()))?;
     Ok(format!("http://{host}{}", service.base_path))
-}
-
-async fn tile(
-    service: &Service,
-    path: &[String; 4],
-    query: Option<&str>,
-    headers: &HeaderMap,
-    encoding: Encoding,
-) -> Result<Response, Failure> {
-    let [name, z, x, file] = path;
-    let query = query.unwrap_or_default();
-    let tileset = service.find(name)?;
-    let wanted = RasterRequest::parse([z, x, file], query, encoding, &tileset)?;
-    let tag = format!("{}-{}", &tileset.version[..16], wanted.tag());
-    let description = Description::new(wanted.form.format.content_type(), &tag, Coding::Identity)
-        .immutable(tileset.is_named_in(query));
-    if let Some(response) = description.not_modified(headers) {
-        return Ok(response);
-    }
-    let key = Key::Raster(tileset.generation, wanted);
-    let heights = service.heights.clone();
-    // Blocks for some 100 ms.
-    let draw = move || {
-        let ground_at = |address| heights.ground(&tileset, address);
-        let drawn = wanted.form.draw(tileset.metadata(), wanted.tile, ground_at);
-        drawn.map(Bytes::from)
-    };
-    let body = service.bodies.get(key.clone(), draw).await;
-    let body = body.map_err(|error| error.answered(|| format!("there is no tile {z}/{x}/{file}")))?;
-    Ok(description.respond_from(key, headers, body))
 }

@@ -16,6 +16,7 @@ use crate::bodies::Key;
 use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::form::{Form, MercatorRequest, TileRequest, asked_rows};
+use crate::heights::Heights;
 use crate::models::ModelKind;
 use crate::service::Service;
 use crate::tileset::{TileError, Tileset};
@@ -104,7 +105,7 @@ pub(crate) async fn tile(
 
 /// What is made of one archive when it is asked for.
 pub(crate) trait Wanted: Copy + Send + 'static {
-    /// Changes exactly when the bytes do, but for their content coding; none where there is nothing.
+    /// Changes whenever the bytes do, but for their content coding; none where there is nothing.
     fn tag(&self, tileset: &Tileset) -> Option<String>;
 
     /// What the answer's headers say of it.
@@ -113,8 +114,8 @@ pub(crate) trait Wanted: Copy + Send + 'static {
     /// Where its body is among the bodies.
     fn key(&self, generation: u64) -> Key;
 
-    /// The bytes. Blocks while it reads and encodes.
-    fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError>;
+    /// The bytes; `heights` are of all archives. Blocks while it reads and encodes.
+    fn body(&self, tileset: &Tileset, heights: &Heights) -> Result<Bytes, TileError>;
 
     /// Its address in words.
     fn address(&self) -> String;
@@ -139,7 +140,7 @@ impl Wanted for TileRequest {
         Key::Tile(generation, self.address, self.form)
     }
 
-    fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError> {
+    fn body(&self, tileset: &Tileset, _: &Heights) -> Result<Bytes, TileError> {
         self.body(tileset)
     }
 
@@ -161,7 +162,7 @@ impl Wanted for MercatorRequest {
         Key::Mercator(generation, *self)
     }
 
-    fn body(&self, tileset: &Tileset) -> Result<Bytes, TileError> {
+    fn body(&self, tileset: &Tileset, _: &Heights) -> Result<Bytes, TileError> {
         self.body(tileset)
     }
 
@@ -211,8 +212,9 @@ async fn answer(
         return Ok(response);
     }
     let key = request.key(tileset.generation);
-    let (source, wanted) = (Arc::clone(tileset), *request);
-    // Reading, decoding and encoding a tile takes milliseconds of one core.
-    let body = service.bodies.get(key.clone(), move || wanted.body(&source)).await?;
+    let (source, heights, wanted) = (Arc::clone(tileset), service.heights.clone(), *request);
+    // Reading, decoding and encoding a tile takes milliseconds of one core, drawing a raster some 100.
+    let make = move || wanted.body(&source, &heights);
+    let body = service.bodies.get(key.clone(), make).await?;
     Ok(description.respond_from(key, headers, body))
 }

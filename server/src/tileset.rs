@@ -4,17 +4,17 @@ use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::body::Bytes;
 use terrain_tiles::address::{Rectangle, TileAddress};
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::formats::quantized_mesh::{
-    Extensions, QuantizedMesh, addresses_around, addresses_for, addresses_under,
-};
+use terrain_tiles::formats::quantized_mesh::{Extensions, QuantizedMesh, addresses_for, addresses_under};
 use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::{LayerForm, LayerJson};
 use terrain_tiles::metadata::Metadata;
+use terrain_tiles::shading::{FinestSurface, Shading};
 use terrain_tiles::tile::Tile;
 use terrain_tiles::tile_file::SquareTile;
 
@@ -35,6 +35,8 @@ pub(crate) struct Tileset {
     /// `layer.json` in its usual form.
     layer_json: Bytes,
     archive: Reader,
+    /// Of all archives.
+    shading: Arc<Shading>,
     /// Of what is drawn where nothing was measured, and of where there is water.
     surroundings_checksum: u64,
 }
@@ -52,7 +54,7 @@ pub(crate) enum TileError {
 
 impl Tileset {
     /// Opens the archive at a path, or the one that was found at an address.
-    pub(crate) fn open(path: &Path, remote: Option<Remote>) -> Result<Self, ArchiveError> {
+    pub(crate) fn open(path: &Path, remote: Option<Remote>, shading: Arc<Shading>) -> Result<Self, ArchiveError> {
         let archive = match remote {
             Some(remote) => Reader::over(path, Box::new(remote))?,
             None => Reader::open(path)?,
@@ -66,6 +68,7 @@ impl Tileset {
             generation: GENERATIONS.fetch_add(1, Ordering::Relaxed),
             surroundings_checksum: checksum_of(archive.metadata()),
             archive,
+            shading,
         })
     }
 
@@ -94,19 +97,29 @@ impl Tileset {
         self.archive.checksum(address)
     }
 
-    /// Of all that a tile for other clients is made of: the tile, those beside it, what is outside, and water.
-    pub(crate) fn checksum_with_surroundings(&self, address: TileAddress, own: u64) -> u64 {
-        self.checksum_of_all((own, self.surroundings_checksum), addresses_around(address))
+    /// Of all that a tile without normals is made of for other clients, if there is one: the tile, those beside it, what is outside, and
+    /// water.
+    pub(crate) fn checksum_with_surroundings(&self, address: TileAddress) -> Option<u64> {
+        self.is_drawn(address).then(|| {
+            let own = (self.checksum(address), self.surroundings_checksum);
+            self.checksum_of_all(own, address.around())
+        })
     }
 
-    /// Of all that a tile of Web Mercator is made of, if there is something to draw: where it reaches into a tile, or into what is beside
-    /// one.
+    /// The same of a tile of Web Mercator.
     pub(crate) fn checksum_in_mercator(&self, tile: SquareTile) -> Option<u64> {
-        let is_drawn = |address| self.checksum(address).is_some() || self.has_ground(address);
-        addresses_under(tile)
-            .into_iter()
-            .any(is_drawn)
+        self.is_drawn_in_mercator(tile)
             .then(|| self.checksum_of_all(self.surroundings_checksum, self.standing_for_all(addresses_for(tile))))
+    }
+
+    /// Whether a square has a tile for other clients: where there is a tile, or ground beside tiles.
+    pub(crate) fn is_drawn(&self, address: TileAddress) -> bool {
+        self.checksum(address).is_some() || self.has_ground(address)
+    }
+
+    /// Whether a square of Web Mercator has one: it reaches into one of those.
+    pub(crate) fn is_drawn_in_mercator(&self, tile: SquareTile) -> bool {
+        addresses_under(tile).into_iter().any(|address| self.is_drawn(address))
     }
 
     fn checksum_of_all(&self, of_others: impl Hash, addresses: impl IntoIterator<Item = TileAddress>) -> u64 {
@@ -140,10 +153,19 @@ impl Tileset {
             .map_err(|error| TileError::failure(format!("tile {address} of “{}”: {error}", self.name)))
     }
 
-    /// The decoded tiles around one.
-    pub(crate) fn tiles_around(&self, address: TileAddress) -> Result<Vec<Tile>, TileError> {
-        let tiles = addresses_around(address).into_iter().map(|address| self.tile(address));
-        tiles.filter_map(Result::transpose).collect()
+    /// The finest surface of a tile, if there is one, shaded or without normals. Blocks while it reads and decodes.
+    pub(crate) fn surface(
+        &self,
+        address: TileAddress,
+        is_shaded: bool,
+    ) -> Result<Option<Arc<FinestSurface>>, TileError> {
+        if is_shaded {
+            return self
+                .shading
+                .surface(self.generation, address, &|address| self.tile(address));
+        }
+        let unshaded = |tile| Arc::new(FinestSurface::unshaded(tile));
+        Ok(self.tile(address)?.map(unshaded))
     }
 
     pub(crate) fn stored(&self, address: TileAddress) -> Result<Option<Vec<u8>>, TileError> {
@@ -155,8 +177,8 @@ impl Tileset {
     /// Whether there is something to draw although nothing is measured: at the roots, since every client starts from both, and beside
     /// tiles.
     pub(crate) fn has_ground(&self, address: TileAddress) -> bool {
-        let around = addresses_around(address);
-        let is_beside = || around.iter().any(|&address| self.checksum(address).is_some());
+        let is_there = |address| self.checksum(address).is_some();
+        let is_beside = || address.around().into_iter().any(is_there);
         address.zoom == 0 || (self.standing_for(address).is_none() && is_beside())
     }
 
@@ -167,18 +189,15 @@ impl Tileset {
         extensions: Extensions,
     ) -> Result<QuantizedMesh, TileError> {
         let outside = &self.metadata().outside;
-        let tile = self.tile(address)?;
-        if tile.is_none() && !self.has_ground(address) {
-            return Err(TileError::Missing);
-        }
-        let beside = if extensions.normals || !tile.as_ref().is_some_and(Tile::fills_its_square) {
-            self.tiles_around(address)?
-        } else {
-            Vec::new()
+        let surface = |address| self.surface(address, extensions.normals);
+        let beside = || {
+            let around = address.around().into_iter().map(surface);
+            around.filter_map(Result::transpose).collect()
         };
-        let mut mesh = match tile {
-            Some(tile) => QuantizedMesh::from_tile(&tile, &beside, outside),
-            None => QuantizedMesh::unmeasured(address, &beside, outside),
+        let mut mesh = match surface(address)? {
+            Some(own) => QuantizedMesh::from_tile(&own, beside, outside)?,
+            None if self.has_ground(address) => QuantizedMesh::unmeasured(address, beside, outside)?,
+            None => return Err(TileError::Missing),
         };
         mesh.normals = mesh.normals.filter(|_| extensions.normals);
         mesh.water_mask = self.water_mask(extensions, address);
@@ -197,13 +216,12 @@ impl Tileset {
         tile: SquareTile,
         extensions: Extensions,
     ) -> Result<QuantizedMesh, TileError> {
-        let outside = &self.metadata().outside;
-        let tiles = self.standing_for_all(addresses_for(tile)).into_iter();
-        let tiles: Vec<Tile> = tiles
-            .map(|address| self.tile(address))
-            .filter_map(Result::transpose)
-            .collect::<Result<_, _>>()?;
-        let mut mesh = QuantizedMesh::in_mercator(tile, &tiles, outside);
+        let standing = |address| {
+            let standing = self.standing_for(address);
+            standing.map_or(Ok(None), |address| self.surface(address, extensions.normals))
+        };
+        let mut mesh = QuantizedMesh::in_mercator(tile, standing, &self.metadata().outside)?;
+        mesh.normals = mesh.normals.filter(|_| extensions.normals);
         mesh.water_mask = self.water_mask(extensions, tile);
         Ok(mesh)
     }

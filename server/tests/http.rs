@@ -293,6 +293,24 @@ async fn a_damaged_tile_is_the_servers_fault_tells_no_path_and_does_not_stop_it(
     assert_eq!(service.get("/square/1/0/0.terrain").await.status, StatusCode::OK);
 }
 
+/// Writes another archive over the file of a service's; one tile is a metre higher in it. Gives the bytes of that.
+fn overwrite(service: &Service) -> Vec<u8> {
+    let mut higher = tile(address(1, 0, 0));
+    let partition = &mut higher.partition;
+    let positions = partition.positions.iter_mut().chain(&mut partition.blue_positions);
+    positions.for_each(|position| position.z += 1.0);
+    let higher = spt::encode(&higher).unwrap();
+    let other = service.folder.path().join("other");
+    let mut writer = Writer::create(&other).unwrap();
+    for address in [address(0, 0, 0), address(0, 1, 0)] {
+        writer.add(address, &spt::encode(&tile(address)).unwrap()).unwrap();
+    }
+    writer.add(address(1, 0, 0), &higher).unwrap();
+    writer.finish(&metadata()).unwrap();
+    fs::copy(&other, service.archive()).unwrap();
+    higher
+}
+
 #[tokio::test]
 async fn of_an_archive_that_is_overwritten_no_byte_goes_out_under_the_name_of_the_other() {
     let service = Service::new();
@@ -301,35 +319,29 @@ async fn of_an_archive_that_is_overwritten_no_byte_goes_out_under_the_name_of_th
     let before = service.get(&format!("{path}?v={version}")).await;
     let remembered = service.get(&format!("{path}?v={version}")).await;
     assert_eq!(remembered.body, before.body);
-    let mut higher = tile(address(1, 0, 0));
-    higher
-        .partition
-        .positions
-        .iter_mut()
-        .for_each(|position| position.z += 1.0);
-    higher
-        .partition
-        .blue_positions
-        .iter_mut()
-        .for_each(|position| position.z += 1.0);
-    let other = service.folder.path().join("other");
-    let mut writer = Writer::create(&other).unwrap();
-    for address in [address(0, 0, 0), address(0, 1, 0)] {
-        writer.add(address, &spt::encode(&tile(address)).unwrap()).unwrap();
-    }
-    writer.add(address(1, 0, 0), &spt::encode(&higher).unwrap()).unwrap();
-    writer.finish(&metadata()).unwrap();
-    fs::copy(&other, service.archive()).unwrap();
+    let higher = overwrite(&service);
     let elsewhere = service.get("/square/2/5/3.spt").await;
     assert_eq!(elsewhere.status, StatusCode::NOT_FOUND, "the file is looked at again");
     let after = service.get(&format!("{path}?v={version}")).await;
-    assert_eq!(after.body, spt::encode(&higher).unwrap());
+    assert_eq!(after.body, higher);
     assert_ne!(after.header(header::ETAG), before.header(header::ETAG));
     assert_eq!(
         after.header(header::CACHE_CONTROL),
         "public, no-cache",
         "{version} is gone"
     );
+}
+
+#[tokio::test]
+async fn rasters_of_an_archive_that_is_overwritten_are_those_of_the_new_one() {
+    for path in ["/square/terrarium/1/0/1.png", "/square/gradients/1/0/0.png"] {
+        let service = Service::new();
+        let before = version(&service).await;
+        overwrite(&service);
+        let reply = service.get(path).await;
+        assert_eq!(reply.status, StatusCode::OK, "{path}");
+        assert_ne!(version(&service).await, before);
+    }
 }
 
 #[tokio::test]

@@ -1,9 +1,12 @@
-//! An archive in a bucket that fails every tenth request, half of the time amid an answer, and is replaced under load.
+//! An archive in a bucket that fails every tenth request, half of the time amid an answer, and is replaced under load; and in buckets as
+//! their makers have them.
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
+mod running;
 mod service;
 
 use std::fs;
+use std::net::SocketAddr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -13,6 +16,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
+use running::{Running, program};
 use service::{Reply, Service, address, metadata, tile};
 use terrain_server::{Catalogue, Server, Settings, Shared};
 use terrain_tiles::archive::{ArchiveError, Writer};
@@ -74,6 +78,15 @@ async fn serve(State(bucket): State<Arc<Bucket>>, method: Method, headers: Heade
     (StatusCode::PARTIAL_CONTENT, common, of_part, body).into_response()
 }
 
+/// Where a bucket is asked, address and port.
+async fn listening(bucket: &Arc<Bucket>) -> SocketAddr {
+    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let host = listener.local_addr().unwrap();
+    let routes = Router::new().fallback(serve).with_state(Arc::clone(bucket));
+    tokio::spawn(async { axum::serve(listener, routes).await });
+    host
+}
+
 /// Bytes of an archive whose tiles are all of one height, metres.
 fn archive(height: f64) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
@@ -93,10 +106,7 @@ fn archive(height: f64) -> Vec<u8> {
 async fn no_answer_fails_or_is_wrong_while_a_bucket_fails_and_an_archive_is_replaced() {
     let bucket = Arc::new(Bucket::default());
     bucket.put(archive(500.0), "first");
-    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
-    let source = format!("http://{}/maps/square.pmtiles", listener.local_addr().unwrap());
-    let routes = Router::new().fallback(serve).with_state(Arc::clone(&bucket));
-    tokio::spawn(async { axum::serve(listener, routes).await });
+    let source = format!("http://{}/maps/square.pmtiles", listening(&bucket).await);
 
     let settings = Settings::default();
     let height = |reply: &Reply| {
@@ -134,4 +144,56 @@ async fn no_answer_fails_or_is_wrong_while_a_bucket_fails_and_an_archive_is_repl
         .await
         .unwrap();
     assert!(opened.is_err_and(|error| matches!(error, ArchiveError::Unreadable(..))));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_program_reads_buckets_of_three_makers() {
+    let bucket = Arc::new(Bucket::default());
+    bucket.put(archive(700.0), "first");
+    let at = format!("http://{}", listening(&bucket).await);
+    let key = serde_json::json!({
+        "gcs_base_url": at, "disable_oauth": true, "client_email": "", "private_key": "", "private_key_id": "",
+    });
+    let key = key.to_string();
+    let makers: [(&str, &[(&str, &str)]); 3] = [
+        (
+            "gs",
+            &[("GOOGLE_SERVICE_ACCOUNT_KEY", &key), ("GOOGLE_ALLOW_HTTP", "true")],
+        ),
+        (
+            "s3",
+            &[
+                ("AWS_ENDPOINT", &at),
+                ("AWS_ALLOW_HTTP", "true"),
+                ("AWS_REGION", "eu-north-1"),
+                ("AWS_ACCESS_KEY_ID", "name"),
+                ("AWS_SECRET_ACCESS_KEY", "secret"),
+            ],
+        ),
+        (
+            "az",
+            &[
+                ("AZURE_STORAGE_ENDPOINT", &at),
+                ("AZURE_ALLOW_HTTP", "true"),
+                ("AZURE_STORAGE_ACCOUNT_NAME", "name"),
+                ("AZURE_STORAGE_ACCOUNT_KEY", "c2VjcmV0"),
+            ],
+        ),
+    ];
+    for (maker, settings) in makers {
+        let mut command = program();
+        command.arg(format!("{maker}://maps/square.pmtiles"));
+        command.args(["--listen", "127.0.0.1:0"]).envs(settings.iter().copied());
+        let asked = move || {
+            let server = Running::of(command);
+            server.get("/square/height?longitude=-157.5&latitude=-67.5")
+        };
+        let reply = tokio::task::spawn_blocking(asked).await.unwrap();
+        assert!(
+            reply.starts_with("HTTP/1.1 200") && reply.contains("\"height\":700.0,"),
+            "{maker}: {reply}"
+        );
+    }
+    // Each program looks at the object and reads of it.
+    assert!(bucket.asked.load(Ordering::Relaxed) >= 6);
 }

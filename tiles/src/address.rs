@@ -129,6 +129,21 @@ impl TileAddress {
             Side::North => Self::new(self.zoom, self.x, self.y + 1),
         }
     }
+
+    /// The tiles that meet this one at a side or a corner, those that there can be, in their order.
+    #[must_use]
+    pub fn around(self) -> Vec<Self> {
+        let beside = |address: Option<Self>, side: Side| address.and_then(|address| address.neighbour(side));
+        let all = [Side::South, Side::North].into_iter().flat_map(|side| {
+            let row = beside(Some(self), side);
+            [row, beside(row, Side::West), beside(row, Side::East)]
+        });
+        let row = [beside(Some(self), Side::West), beside(Some(self), Side::East)];
+        let mut around: Vec<Self> = all.chain(row).flatten().filter(|&other| other != self).collect();
+        around.sort_unstable();
+        around.dedup();
+        around
+    }
 }
 
 impl fmt::Display for TileAddress {
@@ -165,3 +180,7 @@ pub fn rows_of(tiles: impl Iterator<Item = TileAddress>) -> Vec<[u32; 4]> {
     };
     rows.into_iter().flat_map(runs).collect()
 }
+
+#[cfg(test)]
+#[path = "address_tests.rs"]
+mod tests;

@@ -345,8 +345,9 @@ fn coordinate(address: TileAddress) -> TileCoord {
     TileCoord::new(zoom, x, y).expect("zoom + 1 is at most 27, and column and row fit in it")
 }
 
-/// Its number along the curve of PMTiles, zoom by zoom.
-fn tile_id(address: TileAddress) -> u64 {
+/// Its number along the curve of PMTiles, zoom by zoom: tiles with numbers near each other are near each other.
+#[must_use]
+pub fn tile_id(address: TileAddress) -> u64 {
     TileId::from(coordinate(address)).value()
 }
 

@@ -9,6 +9,7 @@
 //! tile ────────────────▶ ground                              heights at places
 //! ground ──────────────▶ raster_dem                          raster tiles of heights
 //! tile ────────────────▶ pyramid                             what to select from
+//! tile ────────────────▶ shading                             its finest surface, with normals, for formats of others
 //!
 //! progressive ─────────▶ formats::spt, formats::spm           vertex splits as bytes
 //!
@@ -39,6 +40,7 @@ pub mod outside;
 pub mod progressive;
 pub mod pyramid;
 pub mod raster_dem;
+pub mod shading;
 pub mod spread;
 pub mod tile;
 pub mod tile_file;

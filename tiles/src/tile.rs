@@ -118,18 +118,6 @@ impl Tile {
         })
     }
 
-    /// Whether the finest surface covers the whole square: its triangles do not overlap, so their areas say it.
-    #[must_use]
-    pub fn fills_its_square(&self) -> bool {
-        let mesh = self.surface(self.finest());
-        let twice_the_area = |triangle: &[u32; 3]| {
-            let corners = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            let [[ax, ay], [bx, by], [cx, cy]] = corners.map(|at| [at.x as i128, at.y as i128]);
-            (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        };
-        mesh.triangles.iter().map(twice_the_area).sum::<i128>() == 2 << (2 * self.extent_bits)
-    }
-
     /// Longitude, latitude and height of a lattice position of this tile.
     #[must_use]
     pub fn geodetic(&self, position: DVec3) -> Geodetic {

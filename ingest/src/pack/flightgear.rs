@@ -11,6 +11,7 @@ mod cut;
 use std::collections::BTreeSet;
 use std::io::Write;
 
+use anyhow::Context;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use glam::DVec3;
@@ -27,9 +28,8 @@ use self::cut::{Corner, Cut};
 use super::choice::Choice;
 use super::folder::{Folder, sums};
 use super::sea_level::AboveSea;
-use super::stored;
+use super::stored::{self, Surfaces};
 use super::unusable::Unusable;
-use crate::archive_tiles;
 
 /// What ground is made of, if nothing else is asked for: a name of FlightGear's materials.
 pub const USUAL_MATERIAL: &str = "Grassland";
@@ -50,6 +50,7 @@ pub(super) fn write(
     let metadata = archive.metadata();
     let ground = Ground {
         archive,
+        surfaces: Surfaces::of(archive),
         chosen,
         sea,
         materials: [material, LAKE],
@@ -96,6 +97,7 @@ struct Errors {
 /// Where triangles come from.
 struct Ground<'a> {
     archive: &'a Reader,
+    surfaces: Surfaces<'a>,
     chosen: &'a BTreeSet<TileAddress>,
     sea: &'a AboveSea,
     materials: [&'a str; 2],
@@ -143,9 +145,9 @@ impl Ground<'_> {
 
     /// Adds what of a tile is in a bucket. Gives the certified error of that.
     fn add(&self, address: TileAddress, bounds: [f64; 4], cut: &mut Cut) -> anyhow::Result<f64> {
-        let tile = archive_tiles::tile(self.archive, address)?;
-        let beside = stored::tiles_around(self.archive, address)?;
-        let surface = TileSurface::at(&tile, stored::detail(self.archive, &tile), &beside, Packing::Plain);
+        let finest = self.surfaces.at(address)?;
+        let finest = finest.with_context(|| format!("tile {address} is not there"))?;
+        let surface = TileSurface::at(&finest, stored::detail(self.archive, &finest.tile), Packing::Plain);
         let lowered = |&position: &DVec3| {
             let Geodetic {
                 longitude,

@@ -3,24 +3,49 @@
 use std::fs;
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::Context;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::formats::quantized_mesh::addresses_around;
+use terrain_tiles::shading::{FinestSurface, Shading};
 use terrain_tiles::tile::{Detail, Tile};
 
 use crate::archive_tiles::tile;
 
-/// Those of the archive, whether they are in a pack or not: a pack of a part has the same tiles as one of all.
-pub(super) fn tiles_around(archive: &Reader, address: TileAddress) -> anyhow::Result<Vec<Tile>> {
-    let around = addresses_around(address).into_iter();
-    around
-        .filter(|&other| archive.checksum(other).is_some())
-        .map(|other| tile(archive, other))
-        .collect()
+/// Shaded surfaces kept in memory, bytes.
+const SHADING_BYTES: u64 = 512 << 20;
+
+/// Shaded surfaces of an archive's tiles, whether they are in a pack or not: a pack of a part has the same tiles as one of all.
+pub(super) struct Surfaces<'a> {
+    archive: &'a Reader,
+    shading: Shading,
+}
+
+impl<'a> Surfaces<'a> {
+    pub(super) fn of(archive: &'a Reader) -> Self {
+        Self {
+            archive,
+            shading: Shading::new(SHADING_BYTES),
+        }
+    }
+
+    /// That of a tile, if there is one.
+    pub(super) fn at(&self, address: TileAddress) -> anyhow::Result<Option<Arc<FinestSurface>>> {
+        let read = |address| {
+            let is_there = self.archive.checksum(address).is_some();
+            is_there.then(|| tile(self.archive, address)).transpose()
+        };
+        self.shading.surface(0, address, &read)
+    }
+
+    /// Those of the tiles around one.
+    pub(super) fn around(&self, address: TileAddress) -> anyhow::Result<Vec<Arc<FinestSurface>>> {
+        let around = address.around().into_iter().map(|address| self.at(address));
+        around.filter_map(Result::transpose).collect()
+    }
 }
 
 /// The finest surface that meets those around: beside a leaf of the zoom above, the side is as coarse as the leaf's.

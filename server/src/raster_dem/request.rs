@@ -1,13 +1,14 @@
 //! Which raster tile is asked for.
 
+use terrain_tiles::address::TileAddress;
 use terrain_tiles::mercator;
+use terrain_tiles::metadata::Metadata;
 use terrain_tiles::raster_dem::image::{Encoding, Format};
 use terrain_tiles::raster_dem::{RasterForm, SIZES};
 use terrain_tiles::tile_file::SquareTile;
 
 use crate::failure::Failure;
-use crate::form::{square_tile, whole_number};
-use crate::tileset::Tileset;
+use crate::form::{square_tile, tile_address, whole_number};
 
 /// Which raster, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -18,12 +19,7 @@ pub(crate) struct RasterRequest {
 
 impl RasterRequest {
     /// From the path's last three segments and the query.
-    pub(super) fn parse(
-        [z, x, file]: [&str; 3],
-        query: &str,
-        encoding: Encoding,
-        tileset: &Tileset,
-    ) -> Result<Self, Failure> {
+    pub(super) fn parse([z, x, file]: [&str; 3], query: &str, encoding: Encoding) -> Result<Self, Failure> {
         let (_, ending) = file.split_once('.').unwrap_or((file, ""));
         let format = format(ending)?;
         let asked = query.split('&').find_map(|part| part.strip_prefix("size="));
@@ -33,21 +29,37 @@ impl RasterRequest {
         };
         let tile = square_tile([z, x, file])?;
         let form = RasterForm { size, encoding, format };
-        let metadata = tileset.metadata();
-        if tile.zoom > form.finest_zoom(metadata) || !mercator::meets(tile, metadata.bounds) {
-            let name = &tileset.name;
-            return Err(Failure::NotFound(format!(
-                "tileset “{name}” has no raster tile {z}/{x}/{file}"
-            )));
-        }
         Ok(Self { tile, form })
     }
 
+    /// Whether an archive has such a tile.
+    pub(super) fn is_of(&self, metadata: &Metadata) -> bool {
+        self.tile.zoom <= self.form.finest_zoom(metadata) && mercator::meets(self.tile, metadata.bounds)
+    }
+
     /// What tells it from other rasters of the same surface.
-    pub(super) fn tag(&self) -> String {
+    pub(super) fn name(&self) -> String {
         let SquareTile { zoom, x, y } = self.tile;
         let RasterForm { size, encoding, format } = self.form;
         format!("{zoom}-{x}-{y}-{}-{size}-{}", encoding.name(), format.name())
+    }
+}
+
+/// Which raster of normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct GradientsRequest {
+    pub(super) address: TileAddress,
+    pub(super) format: Format,
+}
+
+impl GradientsRequest {
+    /// From the path's last three segments.
+    pub(super) fn parse([z, x, file]: [&str; 3]) -> Result<Self, Failure> {
+        let (_, ending) = file.split_once('.').unwrap_or((file, ""));
+        Ok(Self {
+            format: format(ending)?,
+            address: tile_address([z, x, file])?,
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The parts of both tilesets, each made on request.
 
 use terrain_tiles::address::TileAddress;
-use terrain_tiles::formats::quantized_mesh::{Extensions, addresses_around};
+use terrain_tiles::formats::quantized_mesh::Extensions;
 use terrain_tiles::formats::three_d_tiles::{self as format, Described, Packing, Squares, TileSurface};
 
 use crate::failure::Failure;
@@ -33,10 +33,8 @@ impl Part {
         }
     }
 
-    /// Changes exactly when the bytes of a part do, or another program is asked; none where there is no such part.
+    /// Changes with the archive, and if another program is asked; none where there is no such part.
     pub(crate) fn tag(self, tileset: &Tileset, address: TileAddress) -> Option<String> {
-        let checksum = tileset.checksum(address);
-        let checksum_of_square = checksum.or_else(|| tileset.has_ground(address).then_some(0));
         let (kind, packing) = match self {
             Self::Explicit(packing) => ("e", packing),
             Self::Implicit(packing) => ("i", packing),
@@ -45,21 +43,19 @@ impl Part {
             Self::Measured(packing) => ("m", packing),
             Self::Whole(packing) => ("w", packing),
         };
-        let content = match self {
-            Self::Explicit(_) | Self::Implicit(_) => tileset.version.clone(),
-            Self::Document(_) => checksum.map(|_| tileset.version.clone())?,
-            Self::Subtree => checksum_of_square.map(|_| tileset.version.clone())?,
-            Self::Measured(_) => format!("{:016x}", tileset.checksum_with_surroundings(address, checksum?)),
-            Self::Whole(_) => format!(
-                "{:016x}",
-                tileset.checksum_with_surroundings(address, checksum_of_square?)
-            ),
+        let is_there = match self {
+            Self::Explicit(_) | Self::Implicit(_) => true,
+            Self::Document(_) | Self::Measured(_) => tileset.checksum(address).is_some(),
+            Self::Subtree | Self::Whole(_) => tileset.is_drawn(address),
         };
-        Some(format!(
-            "{content}-{kind}-{}-{}",
-            packing.name(),
-            env!("CARGO_PKG_VERSION").replace('.', "-")
-        ))
+        is_there.then(|| {
+            format!(
+                "{}-{kind}-{}-{}",
+                tileset.version,
+                packing.name(),
+                env!("CARGO_PKG_VERSION").replace('.', "-")
+            )
+        })
     }
 
     /// The bytes of a part. Blocks while it reads and encodes.
@@ -114,7 +110,7 @@ fn describe_square(tileset: &Tileset, address: TileAddress) -> Result<Option<([f
         return Ok(None);
     }
     let mut heights = [f64::INFINITY, f64::NEG_INFINITY];
-    for beside in addresses_around(address) {
+    for beside in address.around() {
         if let Some(Described {
             heights: [low, high], ..
         }) = describe(tileset, beside)?
@@ -126,9 +122,8 @@ fn describe_square(tileset: &Tileset, address: TileAddress) -> Result<Option<([f
 }
 
 fn measured(tileset: &Tileset, address: TileAddress, packing: Packing) -> Result<Vec<u8>, TileError> {
-    let tile = tileset.tile(address)?.ok_or(TileError::Missing)?;
-    let surface = TileSurface::measured(&tile, &tileset.tiles_around(address)?, packing);
-    glb(tileset, &surface, packing)
+    let surface = tileset.surface(address, true)?.ok_or(TileError::Missing)?;
+    glb(tileset, &TileSurface::measured(&surface, packing), packing)
 }
 
 fn whole(tileset: &Tileset, address: TileAddress, packing: Packing) -> Result<Vec<u8>, TileError> {

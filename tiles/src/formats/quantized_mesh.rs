@@ -14,11 +14,10 @@ mod decode;
 mod encode;
 #[cfg(test)]
 #[path = "quantized_mesh/fixture_tests.rs"]
-mod fixture;
+pub(super) mod fixture;
 mod from_tile;
 mod in_mercator;
 mod measured;
-mod normals;
 mod sides;
 mod square;
 mod validate;
@@ -28,8 +27,6 @@ use glam::DVec3;
 pub use decode::{QuantizedMeshError, QuantizedMeshLimits, decode};
 pub use encode::{Extensions, encode};
 pub use in_mercator::{addresses_for, addresses_under};
-pub(super) use normals::SharedNormals;
-pub use normals::addresses_around;
 pub use validate::{Fault, validate};
 
 use crate::address::{Rectangle, Side};
@@ -88,12 +85,6 @@ impl QuantizedMesh {
     pub fn geodetic(&self, tile: impl Into<Rectangle>, index: usize) -> Geodetic {
         geodetic(tile.into(), self.heights, self.vertices[index])
     }
-}
-
-/// Unit normal of the oct-encoded `bytes`.
-#[must_use]
-pub fn oct_decode(bytes: [u8; 2]) -> DVec3 {
-    bounds::oct_decode(bytes)
 }
 
 fn geodetic(tile: Rectangle, heights: [f32; 2], vertex: Vertex) -> Geodetic {

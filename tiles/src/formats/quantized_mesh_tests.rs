@@ -6,11 +6,12 @@ use std::{env, fs};
 use glam::DVec2;
 use terrain_core::Mesh;
 
-use super::fixture::{Random, address, drop_unused, even, grid, tile};
+use super::fixture::{Random, address, drop_unused, even, from_tile, grid, tile, unmeasured};
 use super::*;
 use crate::address::TileAddress;
 use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
 use crate::outside::{HeightField, Outside};
+use crate::shading::oct_decode;
 use crate::tile::Tile;
 
 #[path = "quantized_mesh/ground_tests.rs"]
@@ -24,7 +25,7 @@ fn hills(x: f64, y: f64) -> f64 {
 
 /// Encodes, decodes, validates; returns what was decoded.
 fn through_bytes(tile: &Tile) -> QuantizedMesh {
-    let mesh = QuantizedMesh::from_tile(tile, &[], &Outside::Ellipsoid);
+    let mesh = from_tile(tile, &[], &Outside::Ellipsoid);
     assert_eq!(validate(&mesh, tile.address), Ok(()));
     let decoded = decode(&encode(&mesh, Extensions::ALL), &QuantizedMeshLimits::default()).unwrap();
     assert_eq!(decoded, mesh);
@@ -211,7 +212,7 @@ fn neighbours_agree_along_their_side() {
 fn the_bare_ellipsoid_is_valid_at_every_zoom() {
     for (zoom, cells) in [(0, 32), (1, 23), (2, 16), (5, 6), (10, 1), (14, 1)] {
         let address = address(zoom, 1, 0);
-        let mesh = QuantizedMesh::unmeasured(address, &[], &Outside::Ellipsoid);
+        let mesh = unmeasured(address, &[], &Outside::Ellipsoid);
         assert_eq!(validate(&mesh, address), Ok(()));
         assert_eq!(mesh.triangles.len(), 2 * cells * cells, "zoom {zoom}");
         assert_eq!((mesh.heights, mesh.measured_triangles), ([0.0, 0.0], Some(0)));
@@ -220,7 +221,7 @@ fn the_bare_ellipsoid_is_valid_at_every_zoom() {
 
 #[test]
 fn extensions_that_were_not_asked_for_are_not_there() {
-    let mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &[], &Outside::Ellipsoid);
+    let mesh = unmeasured(address(3, 0, 0), &[], &Outside::Ellipsoid);
     for names in ["", "watermask", "octvertexnormals", "metadata-measuredtriangles"] {
         let asked = Extensions::named(names.split('-'));
         let there = decode(&encode(&mesh, asked), &QuantizedMeshLimits::default()).unwrap();
@@ -236,7 +237,7 @@ fn extensions_that_were_not_asked_for_are_not_there() {
 
 #[test]
 fn a_water_mask_is_a_byte_or_256_rows_of_256() {
-    let mut mesh = QuantizedMesh::unmeasured(address(3, 0, 0), &[], &Outside::Ellipsoid);
+    let mut mesh = unmeasured(address(3, 0, 0), &[], &Outside::Ellipsoid);
     let asked = Extensions::named(["watermask"].into_iter());
     let mixed: Vec<u8> = (0..256 * 256)
         .map(|pixel| if pixel % 300 < 40 { 255 } else { 0 })
@@ -263,7 +264,7 @@ fn a_water_mask_is_a_byte_or_256_rows_of_256() {
 
 #[test]
 fn a_tile_of_two_triangles_has_the_bytes_of_the_specification() {
-    let mesh = QuantizedMesh::unmeasured(address(12, 4_096, 2_048), &[], &Outside::Ellipsoid);
+    let mesh = unmeasured(address(12, 4_096, 2_048), &[], &Outside::Ellipsoid);
     let bytes = encode(&mesh, Extensions::default());
     assert_eq!(bytes.len(), 88 + (4 + 4 * 6) + (4 + 6 * 2) + 4 * (4 + 2 * 2));
     assert_eq!(bytes[88..92], [4, 0, 0, 0], "vertices");
@@ -336,7 +337,7 @@ fn is_behind_unit_sphere(viewer: DVec3, target: DVec3) -> bool {
 #[test]
 fn flat_ground_has_the_ellipsoids_normals() {
     let address = address(6, 70, 50);
-    let mesh = QuantizedMesh::unmeasured(address, &[], &Outside::Ellipsoid);
+    let mesh = unmeasured(address, &[], &Outside::Ellipsoid);
     for (index, &bytes) in mesh.normals.as_ref().unwrap().iter().enumerate() {
         let place = mesh.geodetic(address, index);
         let up = normal(place.longitude, place.latitude);

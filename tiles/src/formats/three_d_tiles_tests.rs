@@ -12,8 +12,10 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use super::{Described, Packing, Squares, TileSurface, document, file, subtree};
 use crate::address::TileAddress;
 use crate::filled::Filled;
-use crate::formats::quantized_mesh::QuantizedMesh;
+use crate::formats::quantized_mesh::fixture::from_tile;
 use crate::outside::Outside;
+use crate::shading::FinestSurface;
+use crate::shading::tests::surfaces_of;
 use crate::tile::{Lineage, Tile};
 
 /// A bumpy surface of 9 × 9 vertices over the whole square, alike where tiles meet.
@@ -187,7 +189,8 @@ fn measured(address: TileAddress, beside: &[TileAddress], packing: Packing) -> P
 }
 
 fn of_tile(tile: &Tile, beside: &[Tile], packing: Packing) -> Placed {
-    let surface = TileSurface::measured(tile, beside, packing);
+    let surfaces = surfaces_of(&[beside, std::slice::from_ref(tile)].concat());
+    let surface = TileSurface::measured(surfaces.last().unwrap(), packing);
     Placed::read(&file(&surface, packing, &metadata()).unwrap())
 }
 
@@ -309,7 +312,10 @@ fn a_tile_too_large_for_16_bits_has_its_positions_in_single_precision_and_still_
 
 #[test]
 fn the_error_has_room_for_rounding_and_grows_where_it_is_steep() {
-    let error = |address, packing| TileSurface::measured(&tile(address), &[], packing).error.unwrap();
+    let error = |address, packing| {
+        let surface = FinestSurface::unshaded(tile(address));
+        TileSurface::measured(&surface, packing).error.unwrap()
+    };
     let plain = |address| error(address, Packing::Plain);
     let flat = 2.5 + 0.5_f64.powi(11) * 3.0_f64.sqrt() / 2.0;
     assert!(plain(at(11, 300, 1000)) > flat && plain(at(11, 300, 1000)) < 2.51);
@@ -327,7 +333,7 @@ fn a_whole_square_lists_the_vertices_of_its_sides() {
 }
 
 fn assert_sides_are_listed(address: TileAddress, packing: Packing) {
-    let mesh = QuantizedMesh::from_tile(&tile(address), &[], &Outside::Ellipsoid);
+    let mesh = from_tile(&tile(address), &[], &Outside::Ellipsoid);
     let surface = TileSurface::whole_square(&mesh, address, packing);
     let placed = Placed::read(&file(&surface, packing, &metadata()).unwrap());
     let sides = &placed.description["meshes"][0]["primitives"][0]["extensions"]["CESIUM_tile_edges"];

@@ -1,6 +1,6 @@
-//! What bounds a tile in space, and the two-byte form of a unit vector.
+//! What bounds a tile in space.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
 
@@ -44,32 +44,6 @@ pub(in crate::formats) fn horizon_occlusion_point(toward: DVec3, positions: &[DV
         if cosine > 1.0 / FAR { 1.0 / cosine } else { FAR }
     });
     direction * distance.fold(1.0, f64::max)
-}
-
-/// A unit vector in two bytes: projected onto the octahedron, its lower half folded out. After Z. Cigolle, S. Donow and
-/// others, *A Survey of Efficient Representations for Independent Unit Vectors*, JCGT 3(2), 2014.
-pub(super) fn oct_encode(unit: DVec3) -> [u8; 2] {
-    let projected = unit.truncate() / (unit.x.abs() + unit.y.abs() + unit.z.abs());
-    let folded = if unit.z < 0.0 { fold(projected) } else { projected };
-    let byte = |coordinate: f64| ((coordinate.clamp(-1.0, 1.0) * 0.5 + 0.5) * 255.0).round() as u8;
-    [byte(folded.x), byte(folded.y)]
-}
-
-/// The unit vector of two such bytes.
-pub(super) fn oct_decode(bytes: [u8; 2]) -> DVec3 {
-    let [x, y] = bytes.map(|byte| f64::from(byte) / 255.0 * 2.0 - 1.0);
-    let z = 1.0 - x.abs() - y.abs();
-    let plane = DVec2::new(x, y);
-    (if z < 0.0 { fold(plane) } else { plane }).extend(z).normalize()
-}
-
-/// Swaps the inner and the outer four triangles of the octahedron's square.
-fn fold(point: DVec2) -> DVec2 {
-    let sign = |coordinate: f64| if coordinate < 0.0 { -1.0 } else { 1.0 };
-    DVec2::new(
-        (1.0 - point.y.abs()) * sign(point.x),
-        (1.0 - point.x.abs()) * sign(point.y),
-    )
 }
 
 #[cfg(test)]

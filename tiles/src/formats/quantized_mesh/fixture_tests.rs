@@ -2,6 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use std::collections::HashSet;
+use std::convert::Infallible;
+use std::slice;
 
 use glam::DVec3;
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
@@ -9,6 +11,8 @@ use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use super::QuantizedMesh;
 use crate::address::{Rectangle, Side, TileAddress};
 use crate::filled::Filled;
+use crate::outside::Outside;
+use crate::shading::tests::surfaces_of;
 use crate::tile::{Lineage, Tile};
 
 /// A tile with `mesh` as its only level.
@@ -29,6 +33,20 @@ pub(super) fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
         partition: SurfacePartition::from_log(mesh, &log, 1.0).unwrap(),
         outline_errors: vec![0.0; 5],
     }
+}
+
+/// The mesh of a tile among others.
+pub(in crate::formats) fn from_tile(tile: &Tile, others: &[Tile], outside: &Outside) -> QuantizedMesh {
+    let all = surfaces_of(&[others, slice::from_ref(tile)].concat());
+    let (own, others) = all.split_last().unwrap();
+    let beside = || Ok::<_, Infallible>(others.to_vec());
+    QuantizedMesh::from_tile(own, beside, outside).unwrap()
+}
+
+/// That of a square without a tile, among tiles.
+pub(super) fn unmeasured(address: TileAddress, others: &[Tile], outside: &Outside) -> QuantizedMesh {
+    let beside = || Ok::<_, Infallible>(surfaces_of(others));
+    QuantizedMesh::unmeasured(address, beside, outside).unwrap()
 }
 
 pub(super) fn address(zoom: u8, x: u32, y: u32) -> TileAddress {

@@ -1,46 +1,60 @@
 //! A tile of ours becomes a quantized-mesh: its finest surface, completed to the whole square, in the format's numbers.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::measured::{Measured, Point};
-use super::normals::SharedNormals;
 use super::square::{self, CompletedSquare};
 use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic};
 use crate::address::{Rectangle, Side, TileAddress};
 use crate::ellipsoid::to_earth_centred;
 use crate::outside::Outside;
-use crate::tile::Tile;
+use crate::shading::{FinestSurface, oct_encode};
 
 impl QuantizedMesh {
-    /// The finest surface of `tile`, completed to its whole square by what is `outside`. Along its sides, normals are made from `beside`,
-    /// too, and it has the points that these measured: the tiles at [`addresses_around`](super::addresses_around), those that there are.
-    #[must_use]
-    pub fn from_tile(tile: &Tile, beside: &[Tile], outside: &Outside) -> Self {
-        Self::completed(Some(tile), tile.address, beside, outside)
+    /// A finest surface, completed to its whole square by what is `outside`. Where the data end in it, `beside` is asked for the surfaces
+    /// of the tiles [around](TileAddress::around) it: along its sides it has the points that these measured.
+    ///
+    /// # Errors
+    /// Those of `beside`.
+    pub fn from_tile<E>(
+        own: &FinestSurface,
+        beside: impl FnOnce() -> Result<Vec<Arc<FinestSurface>>, E>,
+        outside: &Outside,
+    ) -> Result<Self, E> {
+        Self::completed(Measured::of(own), own.tile.address, beside, outside)
     }
 
     /// What is `outside` over the square of `address`, where nothing is measured; along its sides, what the tiles `beside` it have there.
-    #[must_use]
-    pub fn unmeasured(address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
-        Self::completed(None, address, beside, outside)
+    ///
+    /// # Errors
+    /// Those of `beside`.
+    pub fn unmeasured<E>(
+        address: TileAddress,
+        beside: impl FnOnce() -> Result<Vec<Arc<FinestSurface>>, E>,
+        outside: &Outside,
+    ) -> Result<Self, E> {
+        Self::completed(Measured::nothing(), address, beside, outside)
     }
 
-    fn completed(own: Option<&Tile>, address: TileAddress, beside: &[Tile], outside: &Outside) -> Self {
-        let all = beside.iter().chain(own);
-        let shared = SharedNormals::of(all.map(|tile| (tile, tile.finest())));
-        let measured = |tile: &Tile| {
-            let (mesh, normals) = shared.surface(tile.address);
-            Measured::new(mesh, &normals, tile.extent_bits)
-        };
+    fn completed<E>(
+        own: Measured,
+        address: TileAddress,
+        beside: impl FnOnce() -> Result<Vec<Arc<FinestSurface>>, E>,
+        outside: &Outside,
+    ) -> Result<Self, E> {
         let around = || {
-            let offsets = beside.iter().map(|tile| (tile, offsets_from(address, tile.address)));
-            offsets
-                .flat_map(|(tile, offsets)| offsets.map(|offset| (offset, measured(tile))))
-                .collect()
+            let mut around = Vec::new();
+            for surface in beside()? {
+                let offsets = offsets_from(address, surface.tile.address);
+                around.extend(offsets.map(|offset| (offset, Measured::of(&surface))));
+            }
+            Ok(around)
         };
-        let own = own.map_or_else(Measured::nothing, measured);
         let rectangle = address.into();
-        Self::from_surface(rectangle, square::complete(own, around, rectangle, outside), outside)
+        let surface = square::complete(own, around, rectangle, outside)?;
+        Ok(Self::from_surface(rectangle, surface, outside))
     }
 
     pub(super) fn from_surface(rectangle: Rectangle, surface: CompletedSquare, outside: &Outside) -> Self {
@@ -76,7 +90,7 @@ impl QuantizedMesh {
             edges: edge_lists(&vertices, &surface.triangles),
             vertices,
             triangles: surface.triangles,
-            normals: Some(normals.into_iter().map(bounds::oct_encode).collect()),
+            normals: Some(normals.into_iter().map(oct_encode).collect()),
             water_mask: None,
             measured_triangles: Some(surface.measured),
         }

@@ -63,7 +63,7 @@ fn ground_that_reaches_a_side_is_listed_with_the_step_in_order() {
         tile(address(12, x, 0), 15, &drop_unused(&mesh))
     };
     let (tile, beside) = (at(1), [at(0), at(2)]);
-    let mesh = QuantizedMesh::from_tile(&tile, &beside, &Outside::Ellipsoid);
+    let mesh = from_tile(&tile, &beside, &Outside::Ellipsoid);
     assert_eq!(validate(&mesh, tile.address), Ok(()));
     let step = |side: usize| -> Vec<(u16, f64)> {
         let vertex = |&index: &u32| {
@@ -112,7 +112,7 @@ fn ground_that_goes_on_meets_the_data_without_a_wall() {
     let island = |column: usize, row: usize| (3..9).contains(&column) && (2..7).contains(&row);
     let mesh = grid(&even(16, extent), &even(9, extent), hills, island);
     let outside = around(address);
-    let quantized = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &outside);
+    let quantized = from_tile(&tile(address, 15, &mesh), &[], &outside);
     assert_eq!(validate(&quantized, address), Ok(()));
     let measured = quantized.measured_triangles.unwrap() as usize;
     assert!(measured < quantized.triangles.len());
@@ -121,7 +121,7 @@ fn ground_that_goes_on_meets_the_data_without_a_wall() {
     let height = |index: u32| quantized.geodetic(address, index as usize).height;
     let corners = quantized.edges.iter().flatten().map(|&vertex| height(vertex));
     assert!(corners.clone().all(|height| (404.0..411.0).contains(&height)));
-    let walled = QuantizedMesh::from_tile(&tile(address, 15, &mesh), &[], &Outside::Ellipsoid);
+    let walled = from_tile(&tile(address, 15, &mesh), &[], &Outside::Ellipsoid);
     let walls = walled
         .triangles
         .iter()

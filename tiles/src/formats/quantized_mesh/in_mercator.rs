@@ -7,20 +7,20 @@
 //! Zoom z + 1 of Web Mercator has the columns of zoom z of the geographic scheme, and tiles that are nowhere higher: their numbers lose
 //! nothing. Where an edge is cut follows from its two ends alone, so that tiles on both sides have the same vertices.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use terrain_core::Mesh;
 
 use super::QuantizedMesh;
 use super::measured::Measured;
-use super::normals::{SharedNormals, addresses_around};
 use super::square;
 use crate::address::{Rectangle, TileAddress};
 use crate::ellipsoid::to_geodetic;
 use crate::mercator;
 use crate::outside::Outside;
-use crate::tile::Tile;
+use crate::shading::FinestSurface;
 use crate::tile_file::SquareTile;
 
 /// A tile's side is 2^`LATTICE_BITS` units of the lattice that cut surfaces are on.
@@ -54,7 +54,7 @@ pub fn addresses_under(tile: SquareTile) -> Vec<TileAddress> {
 #[must_use]
 pub fn addresses_for(tile: SquareTile) -> Vec<TileAddress> {
     let under = addresses_under(tile);
-    let around = under.iter().copied().flat_map(addresses_around);
+    let around = under.iter().flat_map(|address| address.around());
     let mut all: Vec<TileAddress> = around.chain(under.iter().copied()).collect();
     all.sort_unstable();
     all.dedup();
@@ -62,20 +62,37 @@ pub fn addresses_for(tile: SquareTile) -> Vec<TileAddress> {
 }
 
 impl QuantizedMesh {
-    /// The finest surfaces over a tile of Web Mercator, completed by what is `outside`. `tiles` are those that stand for the squares of
-    /// [`addresses_for`], as far as there are any.
-    #[must_use]
-    pub fn in_mercator(tile: SquareTile, tiles: &[Tile], outside: &Outside) -> Self {
-        let shared = SharedNormals::of(tiles.iter().map(|tile| (tile, tile.finest())));
+    /// The finest surfaces over a tile of Web Mercator, completed by what is `outside`. `standing` gives the surface of the tile that stands
+    /// for a square, if there is one; it is asked for squares of [`addresses_under`], and for those around only where the data end.
+    ///
+    /// # Errors
+    /// Those of `standing`.
+    pub fn in_mercator<E>(
+        tile: SquareTile,
+        standing: impl Fn(TileAddress) -> Result<Option<Arc<FinestSurface>>, E>,
+        outside: &Outside,
+    ) -> Result<Self, E> {
         let measured = |square: SquareTile| {
+            // A leaf may stand for several squares.
+            let mut surfaces = BTreeMap::new();
+            for address in addresses_under(square) {
+                if let Some(surface) = standing(address)? {
+                    surfaces.insert(surface.tile.address, surface);
+                }
+            }
             let mut cut = Cut::new(square);
-            tiles.iter().for_each(|tile| cut.add(tile, &shared));
-            Measured::new(&cut.mesh, &cut.normals, LATTICE_BITS)
+            surfaces.values().for_each(|surface| cut.add(surface));
+            let normal = |vertex: u32| cut.normals[vertex as usize];
+            Ok(Measured::new(&cut.mesh, normal, LATTICE_BITS))
         };
-        let around = || beside(tile).map(|(offset, other)| (offset, measured(other))).collect();
+        let around = || {
+            beside(tile)
+                .map(|(offset, other)| Ok((offset, measured(other)?)))
+                .collect()
+        };
         let rectangle = tile.into();
-        let surface = square::complete(measured(tile), around, rectangle, outside);
-        Self::from_surface(rectangle, surface, outside)
+        let surface = square::complete(measured(tile)?, around, rectangle, outside)?;
+        Ok(Self::from_surface(rectangle, surface, outside))
     }
 }
 
@@ -102,7 +119,8 @@ struct Corner {
     space: DVec3,
     /// Metres.
     height: f64,
-    normal: DVec3,
+    /// Of unit length, if the surface is shaded.
+    normal: Option<DVec3>,
 }
 
 /// Triangles within a rectangle, as a mesh.
@@ -111,7 +129,7 @@ struct Cut {
     low: DVec2,
     high: DVec2,
     mesh: Mesh,
-    normals: Vec<DVec3>,
+    normals: Vec<Option<DVec3>>,
     vertices: HashMap<[u64; 2], u32>,
 }
 
@@ -128,26 +146,26 @@ impl Cut {
         }
     }
 
-    /// Adds what is in the rectangle of a tile's surface, which is among those that are `shared`.
-    fn add(&mut self, tile: &Tile, shared: &SharedNormals) {
+    /// Adds what is in the rectangle of a surface.
+    fn add(&mut self, surface: &FinestSurface) {
+        let FinestSurface { tile, mesh, .. } = surface;
         let address = tile.address;
         let side = 1.0 / f64::from(1_u32 << address.zoom);
         let first = DVec2::new(f64::from(address.x), f64::from(address.y)) * side;
         if first.cmpge(self.high).any() || (first + side).cmple(self.low).any() {
             return;
         }
-        let (surface, normals) = shared.surface(address);
         let unit = side / (1_u64 << tile.extent_bits) as f64;
         let corner = |vertex: u32| {
-            let position = surface.positions[vertex as usize];
+            let position = mesh.positions[vertex as usize];
             Corner {
                 place: first + position.truncate() * unit,
                 space: tile.earth_centred(position),
                 height: position.z,
-                normal: normals[vertex as usize],
+                normal: surface.normal(vertex),
             }
         };
-        for triangle in &surface.triangles {
+        for triangle in &mesh.triangles {
             self.add_triangle(triangle.map(corner));
         }
     }
@@ -238,7 +256,10 @@ fn crossing(a: &Corner, b: &Corner, axis: usize, line: f64) -> Corner {
         place,
         space: a.space.lerp(b.space, t),
         height: found.height,
-        normal: a.normal.lerp(b.normal, t).try_normalize().unwrap_or(a.normal),
+        normal: a
+            .normal
+            .zip(b.normal)
+            .map(|(a, b)| a.lerp(b, t).try_normalize().unwrap_or(a)),
     }
 }
 

@@ -1,5 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use std::convert::Infallible;
+
 use super::super::fixture::{Random, border, drop_unused, even, grid, tile, unlike};
 use super::super::{EXTENT, QuantizedMeshLimits, decode, encode, validate};
 use super::*;
@@ -8,6 +10,8 @@ use crate::ellipsoid::to_earth_centred;
 use crate::formats::quantized_mesh::Extensions;
 use crate::ground::Ground;
 use crate::outside::HeightField;
+use crate::shading::tests::surfaces_of;
+use crate::tile::Tile;
 
 const EXTENT_BITS: u8 = 15;
 const UNITS: f64 = 32_768.0;
@@ -41,20 +45,16 @@ fn hills(zoom: u8, columns: std::ops::Range<u32>, rows: std::ops::Range<u32>, ra
     tiles
 }
 
-fn those_for(square: SquareTile, tiles: &[Tile]) -> Vec<Tile> {
-    let is_there = |address| tiles.iter().any(|tile| tile.address == address);
-    let mut addresses: Vec<TileAddress> = addresses_for(square)
-        .into_iter()
-        .filter_map(|address| standing_for(address, is_there))
-        .collect();
-    addresses.dedup();
-    let standing = |tile: &&Tile| addresses.contains(&tile.address);
-    tiles.iter().filter(standing).cloned().collect()
-}
-
 /// Encoded, decoded and valid.
 fn made(square: SquareTile, tiles: &[Tile], outside: &Outside) -> QuantizedMesh {
-    let mesh = QuantizedMesh::in_mercator(square, &those_for(square, tiles), outside);
+    let surfaces = surfaces_of(tiles);
+    let is_there = |address| tiles.iter().any(|tile| tile.address == address);
+    let standing = |address| {
+        let standing = standing_for(address, is_there);
+        let surface = surfaces.iter().find(|surface| Some(surface.tile.address) == standing);
+        Ok::<_, Infallible>(surface.cloned())
+    };
+    let mesh = QuantizedMesh::in_mercator(square, standing, outside).unwrap();
     assert_eq!(validate(&mesh, square), Ok(()), "{square:?}");
     decode(&encode(&mesh, Extensions::ALL), &QuantizedMeshLimits::default()).unwrap()
 }

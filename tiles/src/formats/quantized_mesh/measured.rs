@@ -6,6 +6,7 @@ use glam::DVec3;
 use terrain_core::Mesh;
 
 use super::EXTENT;
+use crate::shading::FinestSurface;
 
 /// A vertex: plan position in coordinates of the format, height in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +14,7 @@ pub(super) struct Point {
     pub(super) u: u16,
     pub(super) v: u16,
     pub(super) height: f64,
-    /// Earth-centred unit normal, of measured ones.
+    /// Earth-centred unit normal, of measured ones, if they are shaded.
     pub(super) normal: Option<DVec3>,
 }
 
@@ -34,9 +35,13 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// `mesh`, on a lattice of 2^`extent_bits` units a side, with a normal for each vertex.
-    pub(super) fn new(mesh: &Mesh, normals: &[DVec3], extent_bits: u8) -> Self {
-        let (points, triangles) = snap(mesh, normals, extent_bits);
+    pub(super) fn of(surface: &FinestSurface) -> Self {
+        Self::new(&surface.mesh, |vertex| surface.normal(vertex), surface.tile.extent_bits)
+    }
+
+    /// `mesh`, on a lattice of 2^`extent_bits` units a side, with the normals of its vertices.
+    pub(super) fn new(mesh: &Mesh, normal: impl Fn(u32) -> Option<DVec3>, extent_bits: u8) -> Self {
+        let (points, triangles) = snap(mesh, normal, extent_bits);
         Self {
             outline: Outline::of(&points, &mesh.triangles, &triangles),
             points,
@@ -70,7 +75,7 @@ impl Measured {
 /// The points that the mesh's triangles use, rounded, and the triangles on them. Where several vertices fall on one
 /// place, the first from the west, then from the south, gives the height: along a side that is the same one for both
 /// tiles.
-fn snap(mesh: &Mesh, normals: &[DVec3], extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
+fn snap(mesh: &Mesh, normal: impl Fn(u32) -> Option<DVec3>, extent_bits: u8) -> (Vec<Point>, Vec<[u32; 3]>) {
     let position = |vertex: u32| mesh.positions[vertex as usize];
     let mut used = mesh.triangles.as_flattened().to_vec();
     used.sort_by(|&a, &b| {
@@ -82,7 +87,7 @@ fn snap(mesh: &Mesh, normals: &[DVec3], extent_bits: u8) -> (Vec<Point>, Vec<[u3
     let mut places = HashMap::new();
     let mut numbers = vec![0; mesh.positions.len()];
     for vertex in used {
-        let (height, normal) = (position(vertex).z, Some(normals[vertex as usize]));
+        let (height, normal) = (position(vertex).z, normal(vertex));
         let [u, v] = [position(vertex).x, position(vertex).y].map(|coordinate| round(coordinate, extent_bits));
         numbers[vertex as usize] = *places.entry((u, v)).or_insert_with(|| {
             points.push(Point { u, v, height, normal });

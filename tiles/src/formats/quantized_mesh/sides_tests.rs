@@ -3,6 +3,7 @@
 use super::super::fixture::{border, unlike};
 use super::*;
 use crate::ellipsoid::Geodetic;
+use crate::shading::FinestSurface;
 
 #[test]
 fn what_is_beside_the_data_meets_them_where_they_end_at_a_side() {
@@ -23,7 +24,7 @@ fn what_is_beside_the_data_meets_them_where_they_end_at_a_side() {
             (Side::East, Side::West),
         ] {
             let at = data.address.neighbour(side).unwrap();
-            let beside = QuantizedMesh::unmeasured(at, std::slice::from_ref(&data), &outside);
+            let beside = unmeasured(at, std::slice::from_ref(&data), &outside);
             assert_eq!(validate(&beside, at), Ok(()), "{side:?}");
             let (expected, found) = (of_side(&fine, data.address, side), of_side(&beside, at, opposite));
             if outside == Outside::Ellipsoid {
@@ -58,7 +59,7 @@ fn what_is_beside_the_data_meets_them_where_they_end_at_a_side() {
         }
         // Across a corner, the corner alone is known.
         let across = address(6, 62, 19);
-        let beside = QuantizedMesh::unmeasured(across, std::slice::from_ref(&data), &outside);
+        let beside = unmeasured(across, std::slice::from_ref(&data), &outside);
         assert_eq!(validate(&beside, across), Ok(()));
         let [corner, other] = [(address(6, 63, 20).west(), 3000.0), (across.west(), 0.0)].map(|(west, least)| {
             let corners = of_side(&beside, across, Side::North);
@@ -73,28 +74,19 @@ fn what_is_beside_the_data_meets_them_where_they_end_at_a_side() {
 }
 
 #[test]
-fn a_tile_that_fills_its_square_needs_those_beside_for_normals_alone() {
+fn a_tile_that_fills_its_square_asks_for_none_beside_it() {
     for (bits, extent) in [(15, 32_768.0), (30, f64::from(1 << 30))] {
         let lines = even(16, extent);
-        let made = |at: TileAddress, keep: &dyn Fn(usize, usize) -> bool| {
+        let asks = |keep: &dyn Fn(usize, usize) -> bool| {
             let height = |x: f64, y: f64| hills(x / extent * 32_768.0, y / extent * 32_768.0);
-            tile(at, bits, &drop_unused(&grid(&lines, &lines, height, keep)))
+            let mesh = drop_unused(&grid(&lines, &lines, height, keep));
+            let own = FinestSurface::unshaded(tile(address(6, 63, 20), bits, &mesh));
+            // What is beside is asked for by failing.
+            QuantizedMesh::from_tile(&own, || Err(()), &Outside::Ellipsoid).is_err()
         };
-        let beside = [made(address(6, 62, 20), &|_, _| true)];
-        let is_needed = |tile: &Tile| {
-            let [alone, with] =
-                [&[], beside.as_slice()].map(|all| QuantizedMesh::from_tile(tile, all, &Outside::Ellipsoid));
-            assert_ne!(alone.normals, with.normals);
-            (alone.vertices, alone.triangles) != (with.vertices, with.triangles)
-        };
-        for (fills, keep) in [
-            (true, &(|_, _| true) as &dyn Fn(usize, usize) -> bool),
-            (false, &|column, _| column > 0),
-            (false, &|column, row| column > 0 || row / 2 != 2),
-        ] {
-            let own = made(address(6, 63, 20), keep);
-            assert_eq!([own.fills_its_square(), !is_needed(&own)], [fills; 2]);
-        }
+        assert!(!asks(&|_, _| true));
+        assert!(asks(&|column, _| column > 0));
+        assert!(asks(&|column, row| column > 0 || row / 2 != 2));
     }
 }
 
@@ -137,15 +129,15 @@ fn tiles_of_which_one_has_data_at_a_side_where_the_other_has_none_meet() {
             })
             .collect();
         let made = |at: TileAddress| {
-            let around = addresses_around(at);
+            let around = at.around();
             let beside: Vec<Tile> = tiles
                 .iter()
                 .filter(|tile| around.contains(&tile.address))
                 .cloned()
                 .collect();
             let mesh = match tiles.iter().find(|tile| tile.address == at) {
-                Some(tile) => QuantizedMesh::from_tile(tile, &beside, &outside),
-                None => QuantizedMesh::unmeasured(at, &beside, &outside),
+                Some(tile) => from_tile(tile, &beside, &outside),
+                None => unmeasured(at, &beside, &outside),
             };
             assert_eq!(validate(&mesh, at), Ok(()), "{at}");
             mesh

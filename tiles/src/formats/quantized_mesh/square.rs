@@ -43,22 +43,22 @@ pub(super) struct CompletedSquare {
 
 /// Completes what is `measured` to the whole `rectangle` of a tile by what is `outside`. `beside` gives what is measured in the tiles
 /// around, and how many tiles east and north of it they are; it is asked if the data end in this tile.
-pub(super) fn complete(
+pub(super) fn complete<E>(
     measured: Measured,
-    beside: impl FnOnce() -> Vec<([i64; 2], Measured)>,
+    beside: impl FnOnce() -> Result<Vec<([i64; 2], Measured)>, E>,
     rectangle: Rectangle,
     outside: &Outside,
-) -> CompletedSquare {
+) -> Result<CompletedSquare, E> {
     if measured.is_whole_and_sound() {
         // Its triangles cover their border's inside once: there is nothing to mend.
-        return CompletedSquare::measured(measured.points, measured.triangles);
+        return Ok(CompletedSquare::measured(measured.points, measured.triangles));
     }
     let height = |[u, v]: [u16; 2]| outside.height_in(rectangle, [u, v], EXTENT);
     let whole = measured.outline.is_the_square();
     let sides = if whole {
         Sides::default()
     } else {
-        Sides::new(&measured, &beside())
+        Sides::new(&measured, &beside()?)
     };
     let Measured {
         mut points,
@@ -94,7 +94,7 @@ pub(super) fn complete(
     let (measured, ground) = faces
         .into_iter()
         .partition(|face| whole || outline.contains_middle(&points, *face));
-    if outside.meets_data() {
+    Ok(if outside.meets_data() {
         CompletedSquare::beside(points, measured, ground)
     } else {
         join(points, measured, ground, |point| {
@@ -104,7 +104,7 @@ pub(super) fn complete(
                 height([point.u, point.v])
             }
         })
-    }
+    })
 }
 
 impl CompletedSquare {

@@ -1,12 +1,14 @@
 //! What of a tile is drawn, in space.
 
 use glam::DVec3;
+use terrain_core::Mesh;
 
 use super::packing::{Packing, half_diagonal};
 use crate::address::TileAddress;
 use crate::ellipsoid::{normal, to_earth_centred};
-use crate::formats::quantized_mesh::{QuantizedMesh, SharedNormals, oct_decode};
-use crate::tile::{Detail, Tile};
+use crate::formats::quantized_mesh::QuantizedMesh;
+use crate::shading::{FinestSurface, oct_decode};
+use crate::tile::Detail;
 
 /// A surface in space whose positions are whole numbers of [`TileSurface::step`] from the Earth's centre: tiles of one zoom have them
 /// from one lattice, and meet without a crack.
@@ -16,7 +18,7 @@ pub struct TileSurface {
     pub step: f64,
     /// Earth-centred metres.
     pub positions: Vec<DVec3>,
-    /// As many Earth-centred unit normals.
+    /// As many Earth-centred unit normals: those of the ellipsoid where nobody has shaded the surface.
     pub normals: Vec<DVec3>,
     /// Three vertices a triangle, counter-clockwise seen from above.
     pub triangles: Vec<[u32; 3]>,
@@ -28,18 +30,20 @@ pub struct TileSurface {
 }
 
 impl TileSurface {
-    /// The finest surface of `tile`, no more. Normals along its sides are made from `beside`, too: the tiles around it that there are.
+    /// A finest surface, no more.
     #[must_use]
-    pub fn measured(tile: &Tile, beside: &[Tile], packing: Packing) -> Self {
-        Self::at(tile, tile.finest(), beside, packing)
+    pub fn measured(surface: &FinestSurface, packing: Packing) -> Self {
+        Self::of(surface, &surface.mesh, surface.tile.finest(), packing)
     }
 
-    /// The surface of `tile` at another detail.
+    /// The surface of the tile whose finest is `finest` at a detail with the finest interior.
     #[must_use]
-    pub fn at(tile: &Tile, detail: Detail, beside: &[Tile], packing: Packing) -> Self {
-        let around = beside.iter().map(|other| (other, other.finest()));
-        let shared = SharedNormals::of(around.chain([(tile, detail)]));
-        let (mesh, normals) = shared.surface(tile.address);
+    pub fn at(finest: &FinestSurface, detail: Detail, packing: Packing) -> Self {
+        Self::of(finest, &finest.tile.surface(detail), detail, packing)
+    }
+
+    fn of(finest: &FinestSurface, mesh: &Mesh, detail: Detail, packing: Packing) -> Self {
+        let tile = &finest.tile;
         let exact: Vec<DVec3> = mesh.positions.iter().map(|&at| tile.earth_centred(at)).collect();
         let step = packing.step(tile.address);
         let ups: Vec<DVec3> = mesh
@@ -48,10 +52,12 @@ impl TileSurface {
             .map(|&at| tile.geodetic(at))
             .map(|place| normal(place.longitude, place.latitude))
             .collect();
+        let at_vertices = mesh.positions.iter().map(|&at| finest.normal_at(at));
+        let normals = at_vertices.zip(&ups).map(|(found, &up)| found.unwrap_or(up));
         let surface = Self {
             step,
             positions: rounded(&exact, step),
-            normals,
+            normals: normals.collect(),
             triangles: mesh.triangles.clone(),
             sides: None,
             error: None,
