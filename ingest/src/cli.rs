@@ -6,9 +6,10 @@ mod run;
 mod tiles;
 mod values;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use terrain_ingest::pyramid::Job;
 
 pub(crate) use self::pack::{ApplyArgs, PackArgs};
@@ -86,6 +87,28 @@ pub(crate) struct Cli {
     pub(crate) command: Option<Command>,
     #[command(flatten)]
     pub(crate) build: BuildArgs,
+}
+
+impl Cli {
+    /// The arguments that the program was called with. Where they mean nothing, this says so and ends the program with exit code 2.
+    pub(crate) fn of_arguments() -> Self {
+        let mut program = Self::command();
+        let arguments = std::env::args_os().skip(1);
+        if let Some(late) = late_command(&program, arguments.filter_map(|argument| argument.into_string().ok())) {
+            let message = format!("“{late}” is a command: it comes before all options, “terrain-ingest {late} …”");
+            program.error(ErrorKind::ArgumentConflict, message).exit();
+        }
+        Self::parse()
+    }
+}
+
+/// A command's name that comes after options, where a raster would be, and is none.
+fn late_command(program: &clap::Command, arguments: impl Iterator<Item = String>) -> Option<String> {
+    let mut arguments = arguments.peekable();
+    arguments.next_if(|first| first.starts_with('-'))?;
+    let first = arguments.find(|argument| !argument.starts_with('-'))?;
+    let is_command = program.find_subcommand(&first).is_some();
+    (is_command && !Path::new(&first).exists()).then_some(first)
 }
 
 #[derive(Subcommand)]

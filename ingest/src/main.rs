@@ -7,12 +7,10 @@ mod work;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use failure::Failure;
 
 fn main() -> ExitCode {
-    match commands::run(cli::Cli::parse()) {
+    match commands::run(cli::Cli::of_arguments()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Violation) => ExitCode::from(1),
         Err(Failure::Input(error)) => fail(&error, 2),

@@ -89,8 +89,16 @@ fn unusable_input_is_one_line_and_exit_code_2_and_leaves_nothing() {
 #[test]
 fn wrong_options_are_told_with_exit_code_2() {
     let folder = TempDir::new().unwrap();
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 8] = [
         (&[], "<DEM>"),
+        (
+            &["--quiet", "info", "a.pmtiles"],
+            "“info” is a command: it comes before all options",
+        ),
+        (
+            &["--quiet", "pack", "a.pmtiles", "--format", "sim"],
+            "“pack” is a command",
+        ),
         (&[SAMPLE, "--max-error", "-3"], "above 0"),
         (&[SAMPLE, "--max-error", "much"], "not a number"),
         (&[SAMPLE, "--bounds", "-3,2,1"], "WEST,SOUTH,EAST,NORTH"),

@@ -54,6 +54,8 @@ impl Outside {
     /// The Earth-centred unit normal there.
     pub(crate) fn normal(&self, rectangle: Rectangle, place: [u16; 2], extent: u16) -> DVec3 {
         let [longitude, latitude] = degrees(rectangle, place, extent);
+        // The antimeridian is one place: the sines of its two longitudes differ in sign.
+        let longitude = if longitude == 180.0 { -180.0 } else { longitude };
         let Some(detail) = self.detail() else {
             return ellipsoid::normal(longitude, latitude);
         };

@@ -43,3 +43,16 @@ fn it_is_kept_as_json_and_missing_means_the_ellipsoid() {
     assert_eq!(serde_json::from_str::<Outside>(&text).unwrap(), outside);
     assert_eq!(Outside::default(), Outside::Ellipsoid);
 }
+
+#[test]
+fn normals_are_the_same_bits_on_both_sides_of_the_antimeridian() {
+    for outside in [Outside::Ellipsoid, Outside::Extend { field: field() }] {
+        for v in 0..=32 {
+            let [west, east] = [(7, 32), (0, 0)].map(|(x, u)| {
+                let tile = TileAddress::new(2, x, 1).unwrap();
+                outside.normal(tile.into(), [u, v], 32)
+            });
+            assert_eq!(west.to_array().map(f64::to_bits), east.to_array().map(f64::to_bits));
+        }
+    }
+}
