@@ -289,7 +289,7 @@ export class TerrainLayer {
   }
 
   private isFilledAt(address: Address, { longitude, latitude }: Pick<GroundPoint, "longitude" | "latitude">): boolean {
-    const filled = this.store.get(address)?.filled;
+    const filled = this.store.get(address)?.cells.filled;
     const [[west, south], degrees] = [tileBounds(address), degreesOf(address.zoom)];
     return filled !== undefined && isFilled(filled, (longitude - west) / degrees, (latitude - south) / degrees);
   }
