@@ -114,3 +114,39 @@ fn islands_are_land_and_lakes_that_overlap_are_water() {
     let found = found.map(|[longitude, latitude]| pixel(&mask, address, longitude, latitude));
     assert_eq!(found, [WATER, LAND, WATER, WATER, LAND]);
 }
+
+/// What TypeScript answers alike; `tests/water/record.py` records it by exact arithmetic.
+#[derive(Deserialize)]
+struct Case {
+    polygons: Vec<Vec<Vec<[f64; 2]>>>,
+    masks: Vec<RecordedMask>,
+}
+
+#[derive(Deserialize)]
+struct RecordedMask {
+    tile: (u8, u32, u32),
+    /// Lengths of runs of land, water, land, …
+    runs: Vec<usize>,
+}
+
+#[test]
+fn masks_are_the_recorded_ones() {
+    let cases: Vec<Case> = serde_json::from_str(include_str!("../../tests/water/cases.json")).unwrap();
+    for Case { polygons, masks } in cases {
+        let water = Water { polygons };
+        for RecordedMask { tile: at, runs } in masks {
+            let kinds = [LAND, WATER].into_iter().cycle();
+            let expected: Vec<u8> = runs
+                .iter()
+                .zip(kinds)
+                .flat_map(|(&length, kind)| std::iter::repeat_n(kind, length))
+                .collect();
+            let (zoom, x, y) = at;
+            let mut mask = water.mask(tile(zoom, x, y));
+            if mask.len() == 1 {
+                mask = vec![mask[0]; MASK_SIDE * MASK_SIDE];
+            }
+            assert!(mask == expected, "{zoom}/{x}/{y}");
+        }
+    }
+}

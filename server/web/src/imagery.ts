@@ -8,11 +8,15 @@
 //      │ ├───┼───┤ │  so the picture's rows are mercator's; the shader finds the row of a latitude
 //      └─┼───┼───┼─┘  south of the square
 //        └───┴───┘
+//
+// Where the server has no tile, the nearest one above it that there is fills its place, enlarged. Where it has none of all that a
+// square touches, coarser ones are taken, down to those of zoom z + 1; after these, the square above does.
 
 import * as THREE from "three";
 import type { Address } from "./address.ts";
 import { tileBounds } from "./frame.ts";
-import { SquareRasters, type RasterDemand, type SquareRaster } from "./square_rasters.ts";
+import { ImageryTiles, nearestAbove, TilesOfPicture } from "./imagery_tiles.ts";
+import { SquareRasters, type RasterDemand, type RasterOrder, type SquareRaster } from "./square_rasters.ts";
 
 /** Where imagery comes from. */
 export interface Imagery {
@@ -42,13 +46,15 @@ const FINEST_ZOOM = 22;
 
 /** The pictures of an imagery. */
 export function picturesOf({ template }: Imagery, onLoad: () => void): SquareRasters<Picture> {
-  const load = (demand: RasterDemand, signal: AbortSignal) => pictureOf(template, demand, signal);
-  return new SquareRasters({ load, parallelRequests: 4, mostBytes: MOST_BYTES }, onLoad);
+  const tiles = new ImageryTiles(template);
+  const load = (order: RasterOrder) => pictureOf(tiles, order);
+  return new SquareRasters({ load, parallelSquares: 4, parallelRequests: 8, mostBytes: MOST_BYTES }, onLoad);
 }
 
-/** Why there is none to be seen, in a line. */
-export function imageryFault({ failure, isEmpty }: SquareRasters<Picture>): string | undefined {
-  return failure ?? (isEmpty ? "its server has no tiles here" : undefined);
+/** Why there is none to be seen, or not all, in a line. */
+export function imageryFault({ failure, isBlank, isEmpty }: SquareRasters<Picture>): string | undefined {
+  if (failure !== undefined) return `${isBlank ? "No imagery" : "Some imagery is missing"}: ${failure}.`;
+  return isEmpty ? "No imagery: its server has no tiles here." : undefined;
 }
 
 /** How fine a picture a square needs that is so many pixels wide on the screen. */
@@ -57,34 +63,49 @@ export function detailFor(pixels: number, { zoom }: Address): number {
   return THREE.MathUtils.clamp(Math.ceil(Math.log2(pixels / TILE_PIXELS)), 0, Math.max(0, finest));
 }
 
-/** Undefined where there are no tiles. */
-async function pictureOf(template: string, { address, detail }: RasterDemand, signal: AbortSignal): Promise<Picture | undefined> {
+/** The finest picture that there is, up to the detail that is asked for; undefined where there is none that is not known. */
+async function pictureOf(all: ImageryTiles, order: RasterOrder): Promise<Picture | undefined> {
+  const [, south, , north] = tileBounds(order.address);
+  if (south >= END || north <= -END) return undefined;
+  const tiles = new TilesOfPicture(all, order);
+  try {
+    for (let detail = order.detail; detail >= 0 && detail > order.known; detail--) {
+      const picture = await pictureOfDetail(tiles, { address: order.address, detail });
+      if (picture !== undefined) return picture;
+    }
+    return undefined;
+  } finally {
+    tiles.close();
+  }
+}
+
+/** Undefined where there are no tiles of this detail. */
+async function pictureOfDetail(tiles: TilesOfPicture, { address, detail }: RasterDemand): Promise<Picture | undefined> {
   const zoom = address.zoom + 1 + detail;
   const [, south, , north] = tileBounds(address);
-  if (south >= END || north <= -END) return undefined;
   const size = (2 * Math.PI) / 2 ** zoom;
   const rowAt = (latitude: number) => (Math.PI - mercator(latitude)) / size;
   const first = Math.max(0, Math.floor(rowAt(Math.min(north, END)) + 1e-9));
   const last = Math.min(2 ** zoom, Math.ceil(rowAt(Math.max(south, -END)) - 1e-9));
   const columns = 2 ** detail;
+  const places = Array.from({ length: columns * (last - first) }, (_, at) => [at % columns, Math.floor(at / columns)] as const);
+  const addresses = places.map(([column, row]) => ({ zoom, x: address.x * columns + column, y: first + row }));
+  const own = await Promise.all(addresses.map(tiles.get));
+  if (own.every((tile) => tile === undefined)) return undefined;
+  const parts = await Promise.all(addresses.map((tile) => nearestAbove(tile, tiles.get)));
   const canvas = new OffscreenCanvas(columns * TILE_PIXELS, (last - first) * TILE_PIXELS);
   const context = canvas.getContext("2d")!;
-  const places = Array.from({ length: columns * (last - first) }, (_, at) => [at % columns, Math.floor(at / columns)] as const);
-  const sizes = await Promise.all(
-    places.map(async ([column, row]) => {
-      const file = await fetchTile(template, zoom, address.x * columns + column, first + row, signal);
-      if (file === undefined) return undefined;
-      const image = await createImageBitmap(file);
-      context.drawImage(image, column * TILE_PIXELS, row * TILE_PIXELS, TILE_PIXELS, TILE_PIXELS);
-      image.close();
-      return file.size;
-    }),
-  );
-  if (sizes.every((bytes) => bytes === undefined)) return undefined;
+  for (const [at, [column, row]] of places.entries()) {
+    const part = parts[at];
+    if (part === undefined) continue;
+    const { image } = part.tile;
+    const source = [part.x * image.width, part.y * image.height, part.size * image.width, part.size * image.height] as const;
+    context.drawImage(image, ...source, column * TILE_PIXELS, row * TILE_PIXELS, TILE_PIXELS, TILE_PIXELS);
+  }
   const base = Math.max(south, -END);
   return {
     texture: textureOf(canvas),
-    bytesLoaded: sizes.reduce<number>((sum, bytes) => sum + (bytes ?? 0), 0),
+    bytesLoaded: [...new Set(parts.map((part) => part?.tile))].reduce((sum, tile) => sum + (tile?.bytes ?? 0), 0),
     bytesKept: (canvas.width * canvas.height * 4 * 4) / 3,
     base: THREE.MathUtils.degToRad(base),
     bottom: Math.PI - last * size - mercator(base),
@@ -97,16 +118,6 @@ function textureOf(canvas: OffscreenCanvas): THREE.Texture {
   texture.wrapS = texture.wrapT = THREE.ClampToEdgeWrapping;
   texture.anisotropy = 8;
   return texture;
-}
-
-/** Undefined where the server has none. */
-async function fetchTile(template: string, zoom: number, x: number, y: number, signal: AbortSignal): Promise<Blob | undefined> {
-  const numbers: Record<string, number> = { z: zoom, x, y };
-  const response = await fetch(template.replace(/\{([zxy])\}/g, (_, name: string) => String(numbers[name])), { signal }).catch(() => undefined);
-  if (response === undefined) throw new Error("its server cannot be reached, or allows no other pages to read it");
-  if (response.status === 204 || response.status === 404) return undefined;
-  if (!response.ok) throw new Error(`its server answers ${response.status}`);
-  return response.blob();
 }
 
 function mercator(latitude: number): number {

@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 import { parentOf, type Address } from "./address.ts";
-import { SquareRasters, type SquareRaster } from "./square_rasters.ts";
+import { SquareRasters, type RasterOrder, type SquareRaster } from "./square_rasters.ts";
 import type { TileSource } from "./tileset.ts";
 
 /** Along a side of a raster as it is drawn; as it comes, there are half as many. */
@@ -14,11 +14,11 @@ const MOST_PIXELS = 2;
 
 /** The normals that a source has; none where it has none. */
 export function normalsOf({ normals }: TileSource, onLoad: () => void): SquareRasters<SquareRaster> {
-  const load = async ({ address }: { address: Address }, signal: AbortSignal) => {
-    const file = await normals?.(address, signal);
+  const load = async ({ address, ask, signal }: RasterOrder) => {
+    const file = normals && (await ask(() => normals(address, signal)));
     return file && { texture: await decodeNormals(file), bytesLoaded: file.size, bytesKept: (CELLS + 1) ** 2 * 4 };
   };
-  return new SquareRasters({ load, parallelRequests: 2, mostBytes: MOST_BYTES }, onLoad);
+  return new SquareRasters({ load, parallelSquares: 2, parallelRequests: 2, mostBytes: MOST_BYTES }, onLoad);
 }
 
 /**

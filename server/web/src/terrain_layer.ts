@@ -167,9 +167,11 @@ export class TerrainLayer {
 
   /** What is wrong, in one line. */
   get failure(): string | undefined {
-    const isImagery = STYLES[this.settings.style] === "Imagery";
-    const fault = isImagery && this.pictures !== undefined ? imageryFault(this.pictures) : undefined;
-    return this.store.failure ?? (fault && `No imagery: ${fault}.`);
+    return this.store.failure ?? (this.shownPictures && imageryFault(this.shownPictures));
+  }
+
+  private get shownPictures(): SquareRasters<Picture> | undefined {
+    return STYLES[this.settings.style] === "Imagery" ? this.pictures : undefined;
   }
 
   /** Whether nothing will change until the view does. */
@@ -287,7 +289,7 @@ export class TerrainLayer {
   }
 
   private isFilledAt(address: Address, { longitude, latitude }: Pick<GroundPoint, "longitude" | "latitude">): boolean {
-    const filled = this.store.get(address)?.filled;
+    const filled = this.store.get(address)?.cells.filled;
     const [[west, south], degrees] = [tileBounds(address), degreesOf(address.zoom)];
     return filled !== undefined && isFilled(filled, (longitude - west) / degrees, (latitude - south) / degrees);
   }
@@ -425,7 +427,7 @@ export class TerrainLayer {
       const lit = seen.map(({ address }) => squareForLight(address, this.meanPixelsAcross(address, camera)));
       this.normals.request(lit.map((address) => ({ address, detail: 0 })));
     }
-    this.pictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
+    this.shownPictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
   }
 
   /** Once all of the tile is loaded. */

@@ -10,7 +10,7 @@ import { DecodeError } from "./progressive/decode_error.ts";
 import { HeaderCut, type Level as TileLevel } from "./progressive/fields.ts";
 import { interiorLevels, type Tile } from "./spt.ts";
 import { tileDecoders, type Decoding } from "./tile_decoders.ts";
-import { TileMesh, type SharedUniforms } from "./tile_mesh.ts";
+import { TileMesh, type Cells, type SharedUniforms } from "./tile_mesh.ts";
 import type { Tileset } from "./tileset.ts";
 import { Water } from "./water.ts";
 
@@ -27,8 +27,7 @@ const ALL_SIDES = [true, true, true, true];
 /** What of a tile is drawn. */
 interface Drawable extends PlacedTile {
   readonly mesh: TileMesh;
-  /** A bit for each cell whose ground was filled; undefined where all was measured. */
-  readonly filled: Uint8Array | undefined;
+  readonly cells: Cells;
   /** How many levels it has. */
   readonly there: number;
   /** The interior ones of the whole tile. */
@@ -233,9 +232,11 @@ export class TileStore implements Hierarchy {
 
   private keep(key: string, decoding: Decoding, decoded: Tile): void {
     const tile = placed(decoded, this.frame);
-    const { filled } = decoding;
-    const mesh = new TileMesh(tile, { filled, water: this.water.texels(tileBounds(decoded.address)) }, this.frame, this.shared);
-    const drawable = { ...tile, mesh, filled, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
+    const known = this.loaded.get(key)?.drawable;
+    const water = known === undefined ? this.water.texels(tileBounds(decoded.address)) : known.cells.water;
+    const cells = { filled: decoding.filled, water };
+    const mesh = new TileMesh(tile, cells, this.frame, this.shared);
+    const drawable = { ...tile, mesh, cells, there: decoding.levelsThere, levels: levelsOf(decoding, mesh) };
     this.loaded.set(key, { decoding, drawable, lastAsked: this.loaded.get(key)?.lastAsked ?? this.selection });
     this.boxes.set(key, this.boxOf(decoded));
     this.ahead.delete(key);

@@ -12,8 +12,8 @@ const FINEST = 13;
 const [WEST, NORTH] = [-85, 37];
 
 let server, browser, page, template;
-/** What the server answers instead of tiles. */
-let refusal;
+/** What the server answers instead of a tile; undefined for the tile. */
+let refusal = () => undefined;
 const complaints = [];
 const asked = [];
 
@@ -22,7 +22,8 @@ before(async () => {
     const [z, x, y] = request.url.match(/\d+/g).map(Number);
     asked.push({ z, x, y });
     response.setHeader("access-control-allow-origin", "*");
-    if (refusal !== undefined) response.writeHead(refusal).end();
+    const status = refusal({ z, x, y });
+    if (status !== undefined) response.writeHead(status).end();
     else if (z > FINEST) response.writeHead(204).end();
     else response.writeHead(200, { "content-type": "image/bmp" }).end(tileBitmap(z, x, y));
   }).listen(0, "127.0.0.1");
@@ -59,6 +60,31 @@ function tileBitmap(z, x, y) {
 /** Brightness of a band: sixteen of them, then again. */
 const levelOf = (degrees) => 30 + 14 * (Math.max(0, Math.floor(degrees / CELL)) % 16);
 
+/** The bands that are seen are those of the places where they are seen. */
+async function assertImageryLies() {
+  const image = await pixelsOf(page, { x: 0, y: 0, width: 640, height: 480 });
+  let compared = 0;
+  const places = Array.from({ length: 96 }, (_, at) => [250 + 30 * (at % 12), 60 + 45 * Math.floor(at / 12)]);
+  const grounds = await page.evaluate(
+    (places) => places.map(([x, y]) => window.terrain.groundAt((2 * x + 1) / 640 - 1, 1 - (2 * y + 1) / 480)),
+    places,
+  );
+  for (const [at, ground] of grounds.entries()) {
+    const [x, y] = places[at];
+    if (ground === undefined) continue;
+    const [south, east] = [(NORTH - ground.latitude) / CELL, (ground.longitude - WEST) / CELL];
+    // Beside the edge of a band either colour is right.
+    const isNearEdge = [south, east].some((cells) => Math.abs(cells - Math.round(cells)) < 0.06);
+    if (isNearEdge) continue;
+    const [red, green, blue] = image.subarray(4 * (y * 640 + x));
+    // Light makes all channels brighter or darker by about as much; there is no blue in the imagery but by haze.
+    const ratio = levelOf(NORTH - ground.latitude) / levelOf(ground.longitude - WEST);
+    assert.ok(Math.abs(red / green - ratio) < 0.09 * ratio + 0.02, `${x}, ${y}: ${red}, ${green}, ${blue} for a ratio of ${ratio}`);
+    compared++;
+  }
+  assert.ok(compared >= 20, `${compared} places compared`);
+}
+
 test("imagery lies where it belongs, however deep its tiles are, and names its owner", async () => {
   await page.goto(`${process.env.TERRAIN_URL}?imagery=${encodeURIComponent(template)}&attribution=Survey%20of%20%3Cb%3ENowhere`);
   await page.waitForFunction(() => window.terrain !== undefined);
@@ -66,27 +92,7 @@ test("imagery lies where it belongs, however deep its tiles are, and names its o
   for (const [distance, down] of [[40_000, 80], [9000, 60]]) {
     await page.evaluate(([distance, down]) => window.terrain.flyTo(-84.24, 36.3, 400, distance, 20, down), [distance, down]);
     await page.evaluate(() => window.terrain.settled());
-    const image = await pixelsOf(page, { x: 0, y: 0, width: 640, height: 480 });
-    let compared = 0;
-    const places = Array.from({ length: 96 }, (_, at) => [250 + 30 * (at % 12), 60 + 45 * Math.floor(at / 12)]);
-    const grounds = await page.evaluate(
-      (places) => places.map(([x, y]) => window.terrain.groundAt((2 * x + 1) / 640 - 1, 1 - (2 * y + 1) / 480)),
-      places,
-    );
-    for (const [at, ground] of grounds.entries()) {
-      const [x, y] = places[at];
-      if (ground === undefined) continue;
-      const [south, east] = [(NORTH - ground.latitude) / CELL, (ground.longitude - WEST) / CELL];
-      // Beside the edge of a band either colour is right.
-      const isNearEdge = [south, east].some((cells) => Math.abs(cells - Math.round(cells)) < 0.06);
-      if (isNearEdge) continue;
-      const [red, green, blue] = image.subarray(4 * (y * 640 + x));
-      // Light makes all channels brighter or darker by about as much; there is no blue in the imagery but by haze.
-      const ratio = levelOf(NORTH - ground.latitude) / levelOf(ground.longitude - WEST);
-      assert.ok(Math.abs(red / green - ratio) < 0.09 * ratio + 0.02, `${x}, ${y}: ${red}, ${green}, ${blue} for a ratio of ${ratio}`);
-      compared++;
-    }
-    assert.ok(compared >= 20, `${compared} places compared`);
+    await assertImageryLies();
   }
   assert.ok(asked.length > 8 && new Set(asked.map(({ z }) => z)).size > 1, JSON.stringify(asked.length));
 });
@@ -124,20 +130,61 @@ test("where no imagery comes it is said why, in a line, until some comes or none
     await page.press("#imagery", "Enter");
   };
   await page.evaluate(() => window.terrain.flyTo(-84.24, 36.3, 400, 9000, 20, 60));
-  refusal = 204;
+  refusal = () => 204;
   await ask(`${template}?none`);
   await message("No imagery: its server has no tiles here.");
-  refusal = 503;
+  refusal = () => 503;
   await ask(`${template}?broken`);
   await message("No imagery: its server answers 503.");
-  refusal = undefined;
-  // It is asked again some seconds later.
+  refusal = () => undefined;
   await message("");
   await ask("http://127.0.0.1:9/{z}/{x}/{y}.png");
   await message("No imagery: its server cannot be reached, or allows no other pages to read it.");
   await ask("");
   await message("");
   assert.ok(complaints.length > 0 && complaints.splice(0).every((text) => /Failed to load resource/.test(text)));
+});
+
+const MISSING = 11;
+
+for (const [what, isMissing] of [
+  ["here and there", ({ z, x, y }) => z >= MISSING && (x + y) % 2 === 0],
+  ["for whole squares", ({ z, x }) => z >= MISSING && (x + 0.5) / 2 ** z > (180 - 84.24) / 360],
+]) {
+  test(`where tiles are missing ${what} coarser ones are in their place`, async () => {
+    refusal = (tile) => (isMissing(tile) ? 404 : undefined);
+    asked.length = 0;
+    const query = new URLSearchParams({ imagery: `${template}?${what.replaceAll(" ", "-")}` });
+    await page.goto(`${process.env.TERRAIN_URL}?${query}#jacksboro_fault`);
+    await page.waitForFunction(() => window.terrain !== undefined);
+    await page.evaluate(() => window.terrain.flyTo(-84.24, 36.3, 400, 9000, 20, 60));
+    await page.evaluate(() => window.terrain.settled());
+    await assertImageryLies();
+    assert.ok(await page.isHidden("#message"));
+    const missing = asked.filter(isMissing).length;
+    assert.ok(missing > 8, `${missing} tiles are missing`);
+    refusal = () => undefined;
+    complaints.splice(0);
+  });
+}
+
+test("a server that fails gets a request now and then, and its imagery is there when it works again", async () => {
+  refusal = () => 503;
+  asked.length = 0;
+  // Many squares want pictures.
+  const query = new URLSearchParams({ imagery: `${template}?down`, pixels: "0.5" });
+  await page.goto(`${process.env.TERRAIN_URL}?${query}#jacksboro_fault`);
+  await page.waitForFunction(() => document.querySelector("#message").textContent === "No imagery: its server answers 503.");
+  await page.evaluate(() => window.terrain.flyTo(-84.24, 36.3, 400, 40_000, 20, 80));
+  await page.waitForTimeout(5000);
+  console.log({ requestsWhileDown: asked.length });
+  assert.ok(asked.length >= 5 && asked.length <= 15, `${asked.length} requests`);
+  assert.equal(await page.textContent("#message"), "No imagery: its server answers 503.");
+  refusal = () => undefined;
+  await page.waitForFunction(() => document.querySelector("#message").hidden);
+  await page.evaluate(() => window.terrain.settled());
+  await assertImageryLies();
+  assert.ok(complaints.splice(0).every((text) => /Failed to load resource/.test(text)));
 });
 
 test("the console stays quiet", () => assert.deepEqual(complaints, []));
