@@ -19,7 +19,7 @@ use crate::filled::Filled;
 use crate::tile::Tile;
 
 /// Cells of the grid hold so many triangles on average.
-const TRIANGLES_PER_CELL: f64 = 2.0;
+const TRIANGLES_PER_CELL: f64 = 1.0;
 /// Largest number of cells along a side.
 const MOST_CELLS: usize = 1 << 10;
 /// By so much of a triangle a normal may pass beside it, for rounding.
