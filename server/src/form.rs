@@ -59,9 +59,8 @@ impl TileRequest {
     /// Changes whenever the tile's bytes in this form do, but for their content coding; none where there is no tile. Normals are made of
     /// tiles far around: with them it changes with the archive, without them only with what is beside.
     pub(crate) fn tag(&self, tileset: &Tileset) -> Option<String> {
-        let checksum = tileset.checksum(self.address);
         match self.form {
-            Form::Progressive => checksum.map(hexadecimal),
+            Form::Progressive => tileset.checksum(self.address).map(hexadecimal),
             Form::ThreeDTiles { part, .. } => part.tag(tileset, self.address),
             Form::QuantizedMesh { extensions, .. } => {
                 let content = if extensions.normals {

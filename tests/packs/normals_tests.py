@@ -1,8 +1,7 @@
-"""Normals in a folder of quantized-mesh, read after its specification alone: neighbours agree, and zooms nearly do."""
+"""Normals in a folder of quantized-mesh: neighbours agree, and zooms nearly do."""
 
 import collections
 import functools
-import struct
 import unittest
 from pathlib import Path
 
@@ -10,31 +9,10 @@ import numpy
 import rasterio
 
 import pack
+from quantized_mesh import EXTENT, read
 
-EXTENT = 32_767
 # Vertices nearer than this, in parts of a tile, may have become one by rounding.
 CLEAR = 8
-
-
-def read(content: bytes) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray]:
-    """Of one tile: u, v and height of its vertices, their normals as two bytes each, and its least and greatest height."""
-    heights = struct.unpack_from("<2f", content, 24)
-    count = struct.unpack_from("<I", content, 88)[0]
-    coded = numpy.frombuffer(content, "<u2", 3 * count, 92).reshape(3, count).astype(int)
-    vertices = numpy.cumsum((coded >> 1) ^ -(coded & 1), axis=1).T
-    at = 92 + 6 * count
-    width = 2 if count <= 65_536 else 4
-    at += -at % width
-    at += 4 + 3 * width * struct.unpack_from("<I", content, at)[0]
-    for _ in range(4):
-        at += 4 + width * struct.unpack_from("<I", content, at)[0]
-    normals = None
-    while at < len(content):
-        kind, length = struct.unpack_from("<BI", content, at)
-        if kind == 1:
-            normals = numpy.frombuffer(content, "u1", length, at + 5).reshape(count, 2)
-        at += 5 + length
-    return vertices, normals, heights
 
 
 def unit(coded: numpy.ndarray) -> numpy.ndarray:

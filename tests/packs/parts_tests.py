@@ -12,6 +12,7 @@ import pyproj
 import rasterio
 
 import pack
+from quantized_mesh import extensions_at
 
 # In degrees; no side is along a tile's.
 TRIANGLE = numpy.array([(-84.40, 36.19), (-84.17, 36.22), (-84.33, 36.31)])
@@ -141,8 +142,14 @@ class Differences(unittest.TestCase):
             self.assertEqual(set(said["changed"]), changed)
             self.assertEqual(set(said["gone"]), set(old) - set(new))
             self.assertEqual(difference, {f"files/{name}": new[name] for name in changed})
-            self.assertLess(len(changed), len(new) * 2 / 3, "most tiles are far from what changed")
+            self.assertLess(len(changed), len(new))
             self.assertGreater(len(changed), 5)
+            if format == "folder":
+                # Normals depend on the tiles above, which are made anew.
+                surface = lambda file: file[: extensions_at(file)]
+                tiles = [name for name in changed if name.endswith(".terrain")]
+                moved = [name for name in tiles if name not in old or surface(new[name]) != surface(old[name])]
+                self.assertLess(len(moved), len(new) / 2, "most tiles are far from what changed")
 
     def test_what_is_no_longer_meant_goes(self):
         old, new, difference, made = self.difference("folder", "part", "--bbox=-84.4,36.2,-84.3,36.3", "--max-zoom", "9")

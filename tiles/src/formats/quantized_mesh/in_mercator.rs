@@ -7,6 +7,7 @@
 //! Zoom z + 1 of Web Mercator has the columns of zoom z of the geographic scheme, and tiles that are nowhere higher: their numbers lose
 //! nothing. Where an edge is cut follows from its two ends alone, so that tiles on both sides have the same vertices.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -63,7 +64,7 @@ pub fn addresses_for(tile: SquareTile) -> Vec<TileAddress> {
 
 impl QuantizedMesh {
     /// The finest surfaces over a tile of Web Mercator, completed by what is `outside`. `standing` gives the surface of the tile that stands
-    /// for a square, if there is one; it is asked for squares of [`addresses_under`], and for those around only where the data end.
+    /// for a square, if there is one; it is asked once for each square of [`addresses_under`], and for those around only where the data end.
     ///
     /// # Errors
     /// Those of `standing`.
@@ -72,6 +73,15 @@ impl QuantizedMesh {
         standing: impl Fn(TileAddress) -> Result<Option<Arc<FinestSurface>>, E>,
         outside: &Outside,
     ) -> Result<Self, E> {
+        let known: RefCell<HashMap<TileAddress, Option<Arc<FinestSurface>>>> = RefCell::default();
+        let standing = |address| {
+            if let Some(found) = known.borrow().get(&address) {
+                return Ok(found.clone());
+            }
+            let found = standing(address)?;
+            known.borrow_mut().insert(address, found.clone());
+            Ok(found)
+        };
         let measured = |square: SquareTile| {
             // A leaf may stand for several squares.
             let mut surfaces = BTreeMap::new();
