@@ -2,6 +2,7 @@
 //! their makers have them.
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
+#[expect(dead_code, reason = "the tests of the program use more of it")]
 mod running;
 mod service;
 

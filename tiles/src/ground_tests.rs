@@ -1,11 +1,10 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
+use terrain_core::Mesh;
 
 use super::*;
 use crate::ellipsoid::to_geodetic;
-use crate::filled::Filled;
-use crate::tile::Lineage;
+use crate::tile::fixture::of_one_level;
 
 /// A grid of `cells` a side with a hole of one cell, on the tile at `zoom`.
 fn tile(zoom: u8, cells: u32, height: impl Fn(u32, u32) -> f64) -> Tile {
@@ -39,21 +38,7 @@ pub(super) fn grid(
             .flat_map(|(x, y)| cell(x, y))
             .collect(),
     };
-    let log = CollapseLog {
-        collapses: Vec::new(),
-        bands: vec![Band { end: 0, error: 1.5 }; 4],
-    };
-    Tile {
-        address,
-        extent_bits: 12,
-        height_exponent: -6,
-        sampling: None,
-        lineage: Lineage::default(),
-        breaklines: Vec::new(),
-        filled: Filled::default(),
-        partition: SurfacePartition::from_log(&mesh, &log, 1.5).unwrap(),
-        outline_errors: vec![0.0; 5],
-    }
+    of_one_level(address, 12, -6, &mesh, 1.5)
 }
 
 fn hills(x: u32, y: u32) -> f64 {

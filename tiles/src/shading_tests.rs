@@ -3,13 +3,10 @@
 use std::cell::RefCell;
 use std::convert::Infallible;
 
-use terrain_core::{Band, CollapseLog, SurfacePartition};
-
 use super::sums::PLACE_BITS;
 use super::*;
 use crate::ellipsoid::normal;
-use crate::filled::Filled;
-use crate::tile::Lineage;
+use crate::tile::fixture::of_one_level;
 
 const EXTENT: f64 = 1024.0;
 
@@ -38,21 +35,7 @@ fn tile_of(zoom: u8, x: u32, y: u32, lines: &[f64], height: impl Fn(f64, f64) ->
             .flat_map(|a| [[a, a + 1, a + width + 1], [a, a + width + 1, a + width]])
             .collect(),
     };
-    let log = CollapseLog {
-        collapses: Vec::new(),
-        bands: vec![Band { end: 0, error: 1.0 }; 4],
-    };
-    Tile {
-        address,
-        extent_bits: 10,
-        height_exponent: 0,
-        sampling: None,
-        lineage: Lineage::default(),
-        breaklines: Vec::new(),
-        filled: Filled::default(),
-        outline_errors: vec![0.0; 5],
-        partition: SurfacePartition::from_log(&mesh, &log, 0.0).unwrap(),
-    }
+    of_one_level(address, 10, 0, &mesh, 1.0)
 }
 
 /// Finds tiles among some.

@@ -7,16 +7,16 @@ use std::convert::Infallible;
 use glam::DVec3;
 use meshopt::{decode_filter_oct, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
 use serde_json::{Value, json};
-use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
+use terrain_core::Mesh;
 
 use super::{Described, Packing, Squares, TileSurface, document, file, subtree};
 use crate::address::TileAddress;
-use crate::filled::Filled;
 use crate::formats::quantized_mesh::fixture::from_tile;
 use crate::outside::Outside;
 use crate::shading::FinestSurface;
 use crate::shading::tests::surfaces_of;
-use crate::tile::{Lineage, Tile};
+use crate::tile::Tile;
+use crate::tile::fixture::of_one_level;
 
 /// A bumpy surface of 9 × 9 vertices over the whole square, alike where tiles meet.
 fn tile(address: TileAddress) -> Tile {
@@ -42,21 +42,7 @@ fn tile_with_tower(address: TileAddress, tower: f64) -> Tile {
         positions: (0..81).map(vertex).collect(),
         triangles: (0..64).flat_map(cell).collect(),
     };
-    let log = CollapseLog {
-        collapses: Vec::new(),
-        bands: vec![Band { end: 0, error: 2.5 }; 4],
-    };
-    Tile {
-        address,
-        extent_bits: 10,
-        height_exponent: 0,
-        sampling: None,
-        lineage: Lineage::default(),
-        breaklines: Vec::new(),
-        filled: Filled::default(),
-        partition: SurfacePartition::from_log(&mesh, &log, 2.5).unwrap(),
-        outline_errors: vec![0.0; 5],
-    }
+    of_one_level(address, 10, 0, &mesh, 2.5)
 }
 
 fn at(zoom: u8, x: u32, y: u32) -> TileAddress {

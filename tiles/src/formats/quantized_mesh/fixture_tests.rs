@@ -6,33 +6,18 @@ use std::convert::Infallible;
 use std::slice;
 
 use glam::DVec3;
-use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
+use terrain_core::Mesh;
 
 use super::QuantizedMesh;
 use crate::address::{Rectangle, Side, TileAddress};
-use crate::filled::Filled;
 use crate::outside::Outside;
 use crate::shading::tests::surfaces_of;
-use crate::tile::{Lineage, Tile};
+use crate::tile::Tile;
+use crate::tile::fixture::of_one_level;
 
 /// A tile with `mesh` as its only level.
 pub(super) fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
-    let bands = vec![Band { end: 0, error: 1.0 }; 4];
-    let log = CollapseLog {
-        collapses: Vec::new(),
-        bands,
-    };
-    Tile {
-        address,
-        extent_bits,
-        height_exponent: -6,
-        sampling: None,
-        lineage: Lineage::default(),
-        breaklines: Vec::new(),
-        filled: Filled::default(),
-        partition: SurfacePartition::from_log(mesh, &log, 1.0).unwrap(),
-        outline_errors: vec![0.0; 5],
-    }
+    of_one_level(address, extent_bits, -6, mesh, 1.0)
 }
 
 /// The mesh of a tile among others.
