@@ -301,10 +301,10 @@ impl<'a> Pack<'a> {
         along_curve(&self.with_ground())
             .into_par_iter()
             .try_for_each(|address| {
-                let beside = || surfaces.around(address);
-                let mut mesh = match surfaces.at(address)? {
-                    Some(own) => QuantizedMesh::from_tile(&own, beside, outside)?,
-                    None => QuantizedMesh::unmeasured(address, beside, outside)?,
+                let surface = |address| surfaces.at(address);
+                let mut mesh = match surface(address)? {
+                    Some(own) => QuantizedMesh::from_tile(&own, surface, outside)?,
+                    None => QuantizedMesh::unmeasured(address, surface, outside)?,
                 };
                 mesh.water_mask = (!water.is_empty()).then(|| water.mask(address));
                 self.folder.write(

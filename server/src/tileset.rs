@@ -190,13 +190,9 @@ impl Tileset {
     ) -> Result<QuantizedMesh, TileError> {
         let outside = &self.metadata().outside;
         let surface = |address| self.surface(address, extensions.normals);
-        let beside = || {
-            let around = address.around().into_iter().map(surface);
-            around.filter_map(Result::transpose).collect()
-        };
         let mut mesh = match surface(address)? {
-            Some(own) => QuantizedMesh::from_tile(&own, beside, outside)?,
-            None if self.has_ground(address) => QuantizedMesh::unmeasured(address, beside, outside)?,
+            Some(own) => QuantizedMesh::from_tile(&own, surface, outside)?,
+            None if self.has_ground(address) => QuantizedMesh::unmeasured(address, surface, outside)?,
             None => return Err(TileError::Missing),
         };
         mesh.normals = mesh.normals.filter(|_| extensions.normals);

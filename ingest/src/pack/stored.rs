@@ -40,12 +40,6 @@ impl<'a> Surfaces<'a> {
         };
         self.shading.surface(0, address, &read)
     }
-
-    /// Those of the tiles around one.
-    pub(super) fn around(&self, address: TileAddress) -> anyhow::Result<Vec<Arc<FinestSurface>>> {
-        let around = address.around().into_iter().map(|address| self.at(address));
-        around.filter_map(Result::transpose).collect()
-    }
 }
 
 /// The finest surface that meets those around: beside a leaf of the zoom above, the side is as coarse as the leaf's.

@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 use std::convert::Infallible;
 use std::slice;
+use std::sync::Arc;
 
 use glam::DVec3;
 use terrain_core::Mesh;
@@ -11,6 +12,7 @@ use terrain_core::Mesh;
 use super::QuantizedMesh;
 use crate::address::{Rectangle, Side, TileAddress};
 use crate::outside::Outside;
+use crate::shading::FinestSurface;
 use crate::shading::tests::surfaces_of;
 use crate::tile::Tile;
 use crate::tile::fixture::of_one_level;
@@ -24,14 +26,16 @@ pub(super) fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {
 pub(in crate::formats) fn from_tile(tile: &Tile, others: &[Tile], outside: &Outside) -> QuantizedMesh {
     let all = surfaces_of(&[others, slice::from_ref(tile)].concat());
     let (own, others) = all.split_last().unwrap();
-    let beside = || Ok::<_, Infallible>(others.to_vec());
-    QuantizedMesh::from_tile(own, beside, outside).unwrap()
+    QuantizedMesh::from_tile(own, find_in(others), outside).unwrap()
 }
 
 /// That of a square without a tile, among tiles.
 pub(super) fn unmeasured(address: TileAddress, others: &[Tile], outside: &Outside) -> QuantizedMesh {
-    let beside = || Ok::<_, Infallible>(surfaces_of(others));
-    QuantizedMesh::unmeasured(address, beside, outside).unwrap()
+    QuantizedMesh::unmeasured(address, find_in(&surfaces_of(others)), outside).unwrap()
+}
+
+fn find_in(surfaces: &[Arc<FinestSurface>]) -> impl Fn(TileAddress) -> Result<Option<Arc<FinestSurface>>, Infallible> {
+    |address| Ok(surfaces.iter().find(|surface| surface.tile.address == address).cloned())
 }
 
 pub(super) fn address(zoom: u8, x: u32, y: u32) -> TileAddress {

@@ -13,42 +13,44 @@ use crate::outside::Outside;
 use crate::shading::{FinestSurface, oct_encode};
 
 impl QuantizedMesh {
-    /// A finest surface, completed to its whole square by what is `outside`. Where the data end in it, `beside` is asked for the surfaces
-    /// of the tiles [around](TileAddress::around) it: along its sides it has the points that these measured.
+    /// A finest surface, completed to its whole square by what is `outside`. Where the data end in it, `surface_at` is asked for those of
+    /// the tiles [around](TileAddress::around) it: along its sides it has the points that these measured.
     ///
     /// # Errors
-    /// Those of `beside`.
+    /// Those of `surface_at`.
     pub fn from_tile<E>(
         own: &FinestSurface,
-        beside: impl FnOnce() -> Result<Vec<Arc<FinestSurface>>, E>,
+        surface_at: impl Fn(TileAddress) -> Result<Option<Arc<FinestSurface>>, E>,
         outside: &Outside,
     ) -> Result<Self, E> {
-        Self::completed(Measured::of(own), own.tile.address, beside, outside)
+        Self::completed(Measured::of(own), own.tile.address, surface_at, outside)
     }
 
-    /// What is `outside` over the square of `address`, where nothing is measured; along its sides, what the tiles `beside` it have there.
+    /// What is `outside` over the square of `address`, where nothing is measured; along its sides, what the tiles around it have there.
     ///
     /// # Errors
-    /// Those of `beside`.
+    /// Those of `surface_at`.
     pub fn unmeasured<E>(
         address: TileAddress,
-        beside: impl FnOnce() -> Result<Vec<Arc<FinestSurface>>, E>,
+        surface_at: impl Fn(TileAddress) -> Result<Option<Arc<FinestSurface>>, E>,
         outside: &Outside,
     ) -> Result<Self, E> {
-        Self::completed(Measured::nothing(), address, beside, outside)
+        Self::completed(Measured::nothing(), address, surface_at, outside)
     }
 
     fn completed<E>(
         own: Measured,
         address: TileAddress,
-        beside: impl FnOnce() -> Result<Vec<Arc<FinestSurface>>, E>,
+        surface_at: impl Fn(TileAddress) -> Result<Option<Arc<FinestSurface>>, E>,
         outside: &Outside,
     ) -> Result<Self, E> {
         let around = || {
             let mut around = Vec::new();
-            for surface in beside()? {
-                let offsets = offsets_from(address, surface.tile.address);
-                around.extend(offsets.map(|offset| (offset, Measured::of(&surface))));
+            for other in address.around() {
+                if let Some(surface) = surface_at(other)? {
+                    let offsets = offsets_from(address, other);
+                    around.extend(offsets.map(|offset| (offset, Measured::of(&surface))));
+                }
             }
             Ok(around)
         };
