@@ -3,10 +3,10 @@
 //! `cargo +nightly fuzz run spt` looks for new bytes; the tests of this crate run every target with the seeds in `corpus`,
 //! and with damaged copies of them, on any toolchain.
 
+use terrain_codec::LevelLimits;
+use terrain_codec::clod::CurvedLimits;
 use terrain_core::curved::tessellation::{Factors, Tessellation};
 use terrain_core::levels::partition::validate;
-use terrain_tiles::formats::clod::CurvedLimits;
-use terrain_tiles::formats::{self, LevelLimits};
 
 /// Runs a decoder; true where it decoded something.
 pub type Target = fn(&[u8]) -> bool;
@@ -31,7 +31,7 @@ pub fn clod(bytes: &[u8]) -> bool {
         levels: 64,
         patches: 1 << 12,
     };
-    let decoded = formats::clod::decode(bytes, &limits);
+    let decoded = terrain_codec::clod::decode(bytes, &limits);
     decoded.is_ok_and(|levels| {
         let coarse = Factors {
             edge: &|_| 2.0,
@@ -52,7 +52,7 @@ pub fn clod(bytes: &[u8]) -> bool {
 /// Where a tile is decoded that is no Surface Partition.
 #[must_use]
 pub fn spt(bytes: &[u8]) -> bool {
-    let decoded = formats::spt::decode(bytes, &LIMITS);
+    let decoded = terrain_codec::spt::decode(bytes, &LIMITS);
     decoded.is_ok_and(|tile| {
         assert_eq!(validate(&tile.partition), Ok(()));
         true
@@ -65,7 +65,7 @@ pub fn spt(bytes: &[u8]) -> bool {
 /// Where a model is decoded that is no Surface Partition.
 #[must_use]
 pub fn spm(bytes: &[u8]) -> bool {
-    let decoded = formats::spm::decode(bytes, &LIMITS);
+    let decoded = terrain_codec::spm::decode(bytes, &LIMITS);
     decoded.is_ok_and(|model| {
         assert_eq!(validate(&model.partition), Ok(()));
         true

@@ -1,7 +1,7 @@
 //! Local frames: metres east, north and up of a place, flat in space, so that the Earth curves away below.
 
 use glam::{DMat3, DVec2, DVec3};
-use terrain_tiles::ellipsoid::{Geodetic, east_north_up, to_earth_centred};
+use terrain_codec::ellipsoid::{Geodetic, east_north_up, to_earth_centred};
 use terrain_tiles::ground::line::Line;
 
 /// A local frame.

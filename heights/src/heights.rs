@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::DVec2;
 use quick_cache::Weighter;
 use quick_cache::sync::Cache;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
+use terrain_codec::{DecodeError, LevelLimits, spt};
 use terrain_tiles::archive::{ArchiveError, Reader};
-use terrain_tiles::formats::{DecodeError, LevelLimits, spt};
 use terrain_tiles::ground::{self, Ground, Point, answer, tile_at};
 
 use crate::frame::Frame;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow};
 use moka::sync::Cache;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
+use terrain_codec::tile::Tile;
+use terrain_codec::{LevelLimits, spt};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::ground::{Ground, Place, answers};
-use terrain_tiles::tile::Tile;
 
 /// Surfaces kept in memory, bytes.
 const KEPT: u64 = 256 << 20;

@@ -11,10 +11,10 @@
 //! strip's width from each end of the side, and those at which breaklines leave it.
 
 use glam::DVec2;
+use terrain_codec::ellipsoid::MEAN_RADIUS;
 use terrain_core::height_field::chain::fewest_vertices;
 use terrain_core::height_field::scan::crossings;
 use terrain_core::height_field::triangulate::stepped;
-use terrain_tiles::ellipsoid::MEAN_RADIUS;
 
 use crate::lattice::{Edge, Lattice, STRIP};
 use crate::raster_outline::{BorderSource, crossing, is_bounded};

@@ -4,8 +4,8 @@ use super::*;
 use crate::breaklines::Breaklines;
 use crate::georeference::GeoReference;
 use crate::lattice::Square;
+use terrain_codec::address::Side;
 use terrain_core::height_field::heights::Heights;
-use terrain_tiles::address::Side;
 
 const LATTICE: Lattice = Lattice {
     leaf_zoom: 8,

@@ -22,11 +22,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
+use terrain_codec::ellipsoid::{self, Geodetic};
 use terrain_core::Mesh;
 use terrain_core::height_field::blocks::{Block, Relief};
 use terrain_core::height_field::chunks::Chunks;
 use terrain_core::height_field::reference::Bound;
-use terrain_tiles::ellipsoid::{self, Geodetic};
 
 use crate::georeference::GeoReference;
 use curvature::Curvature;

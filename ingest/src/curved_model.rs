@@ -25,10 +25,10 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use serde::Serialize;
 use serde_json::json;
+use terrain_codec::clod::{self, CurvedLimits};
 use terrain_core::curved::levels::CurvedLevels;
 use terrain_core::curved::simplify::{self, simplify};
 use terrain_core::curved::tessellation::Tessellation;
-use terrain_tiles::formats::clod::{self, CurvedLimits};
 use terrain_tiles::new_file::NewFile;
 
 pub use self::error::CurvedModelError;

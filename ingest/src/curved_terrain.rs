@@ -13,12 +13,12 @@ use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
 use indicatif::HumanCount;
 use serde::Serialize;
+use terrain_codec::ellipsoid::METRES_IN_A_DEGREE;
 use terrain_core::curved::levels::{CurvedLevels, LevelPatch};
 use terrain_core::curved::patch::CubicPatch;
 use terrain_core::height_field::cubic::{Cubic, SlopedPoint};
 use terrain_core::height_field::cubic_surface::CubicSurface;
 use terrain_core::height_field::reference::Bound;
-use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
 
 use crate::height_grid::HeightGrid;
 use crate::progress::Progress;

@@ -13,7 +13,7 @@ mod turns;
 use std::sync::Arc;
 
 use glam::{DAffine2, DMat2, DVec2};
-use terrain_tiles::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
+use terrain_codec::ellipsoid::{ECCENTRICITY_SQUARED, SEMI_MAJOR};
 
 pub use error::GeoReferenceError;
 pub(crate) use operations::{MissingGrids, missing_grids};

@@ -2,9 +2,9 @@
 //! lies in one piece; only the address of a finished tile wraps.
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::address::{Side, TileAddress};
-use terrain_tiles::progressive::Sampling;
-pub(crate) use terrain_tiles::tile::STRIP;
+use terrain_codec::address::{Side, TileAddress};
+use terrain_codec::progressive::Sampling;
+pub(crate) use terrain_codec::tile::STRIP;
 
 use crate::georeference::GeoReference;
 

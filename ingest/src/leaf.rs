@@ -12,6 +12,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use anyhow::{Context, Result};
 use glam::{DVec2, DVec3};
+use terrain_codec::address::Side;
+use terrain_codec::ellipsoid::{METRES_IN_A_DEGREE, on_ellipsoid};
 use terrain_core::Surface;
 use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::reference::Reference;
@@ -19,8 +21,6 @@ use terrain_core::height_field::refine::{Frame, Refinement, refine};
 use terrain_core::height_field::snapping::{Place, snapped};
 use terrain_core::height_field::triangulate::{Outline, Triangulated, stepped, triangulate_beside};
 use terrain_core::mesh;
-use terrain_tiles::address::Side;
-use terrain_tiles::ellipsoid::{METRES_IN_A_DEGREE, on_ellipsoid};
 
 use crate::border::{BorderCurve, Run};
 use crate::lattice::{Lattice, STRIP, Square};

@@ -12,17 +12,17 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use glam::{DVec2, DVec3};
+use terrain_codec::address::Side;
+use terrain_codec::ellipsoid::{Geodetic, on_ellipsoid};
+use terrain_codec::filled::Filled;
+use terrain_codec::spt;
+use terrain_codec::tile::{Detail, Lineage, Tile};
 use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::reference::Reference;
 use terrain_core::height_field::refine::Frame;
 use terrain_core::height_field::simplify::{Allowance, Quality, Shape, Simplifier, VertexKind};
 use terrain_core::mesh::boundary_edges;
 use terrain_core::{Mesh, Surface, SurfacePartition};
-use terrain_tiles::address::Side;
-use terrain_tiles::ellipsoid::{Geodetic, on_ellipsoid};
-use terrain_tiles::filled::Filled;
-use terrain_tiles::formats::spt;
-use terrain_tiles::tile::{Detail, Lineage, Tile};
 
 use crate::border::BorderCurve;
 use crate::certify::Certifier;

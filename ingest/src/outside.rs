@@ -7,11 +7,11 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
+use terrain_codec::ellipsoid::Geodetic;
+use terrain_codec::tile::Tile;
 use terrain_core::mesh::boundary_edges;
-use terrain_tiles::ellipsoid::Geodetic;
 use terrain_tiles::outside::HeightField;
 use terrain_tiles::spread::Values;
-use terrain_tiles::tile::Tile;
 
 use crate::distances::{distances, fading};
 use crate::georeference::nearest_turn;

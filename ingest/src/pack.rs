@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
-use terrain_tiles::address::{TileAddress, is_leaf, rows_of, standing_for};
+use terrain_codec::address::{TileAddress, is_leaf, rows_of, standing_for};
 use terrain_tiles::archive::{Reader, tile_id};
 use terrain_tiles::formats::quantized_mesh::{self, Extensions, QuantizedMesh};
 use terrain_tiles::formats::three_d_tiles::{self, DOCUMENT_ZOOMS, Described, Packing, TileSurface};

@@ -8,9 +8,9 @@
 //! No outline has a vertex in a strip then, but on the side or on the inner line.
 
 use glam::{DVec2, DVec3};
+use terrain_codec::ellipsoid::on_ellipsoid;
 use terrain_core::height_field::ground::distance_on_earth;
 use terrain_core::height_field::heights::Heights;
-use terrain_tiles::ellipsoid::on_ellipsoid;
 
 use crate::breaklines::{Breaklines, TurnedStep, is_on_surface};
 use crate::georeference::GeoReference;

@@ -48,10 +48,10 @@ use std::path::Path;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use terrain_tiles::address::{Side, TileAddress};
+use terrain_codec::address::{Side, TileAddress};
+use terrain_codec::tile::Tile;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::pyramid::{Pyramid, Summary};
-use terrain_tiles::tile::Tile;
 
 use self::breaklines::Lines;
 use self::levels::{LevelMeasured, Measure, Measured};

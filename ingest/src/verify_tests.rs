@@ -5,8 +5,8 @@ pub(in crate::verify) mod fixture;
 #[path = "verify/format_tests.rs"]
 mod format;
 
+use terrain_codec::spt;
 use terrain_tiles::archive::Writer;
-use terrain_tiles::formats::spt;
 
 use self::fixture::{LEAF, ROOT, Sample};
 use super::*;

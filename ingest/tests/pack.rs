@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::quantized_mesh::{QuantizedMeshLimits, decode, validate};
 

@@ -9,7 +9,7 @@ use crate::coding::Coding;
 use crate::failure::Failure;
 use crate::form::{Form, MercatorRequest};
 use crate::raster_dem::{GradientsRequest, RasterRequest};
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 
 /// Which body.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -1,6 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::archive::Writer;
 
 use super::*;

@@ -2,7 +2,7 @@
 
 use axum::body::Bytes;
 use axum::http::{HeaderMap, header};
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::formats::quantized_mesh::{self, Extensions};
 use terrain_tiles::layer_json::{Rows, SLIPPY_MAP};
 use terrain_tiles::tile_file::SquareTile;

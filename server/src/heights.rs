@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use moka::sync::Cache;
 use serde::Serialize;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 pub(crate) use terrain_tiles::ground::Place;
 use terrain_tiles::ground::{Ground, answers};
 use utoipa::ToSchema;

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use anyhow::Context;
 use axum::body::Bytes;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::clod::{self, CurvedLimits};
-use terrain_tiles::formats::spm;
+use terrain_codec::LevelLimits;
+use terrain_codec::clod::{self, CurvedLimits};
+use terrain_codec::spm;
 use twox_hash::XxHash3_128;
 
 /// What a model's file is.

@@ -11,7 +11,7 @@ use axum::response::Response;
 use axum::routing::get;
 use serde::Deserialize;
 use serde_json::json;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::raster_dem::image::Encoding;
 use terrain_tiles::raster_dem::{RasterForm, SIZES};
 use terrain_tiles::tile_file::SquareTile;

@@ -6,7 +6,7 @@ use axum::Router;
 use axum::extract::{Path, Request, State};
 use axum::response::Response;
 use axum::routing::get;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::formats::three_d_tiles::{DOCUMENT_ZOOMS, Packing, SUBTREE_LEVELS};
 
 use crate::coding::Coding;

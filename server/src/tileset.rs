@@ -8,14 +8,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::body::Bytes;
-use terrain_tiles::address::{Rectangle, TileAddress};
+use terrain_codec::address::{Rectangle, TileAddress};
+use terrain_codec::tile::Tile;
+use terrain_codec::{LevelLimits, spt};
 use terrain_tiles::archive::{ArchiveError, Reader};
 use terrain_tiles::formats::quantized_mesh::{Extensions, QuantizedMesh, addresses_for, addresses_under};
-use terrain_tiles::formats::{LevelLimits, spt};
 use terrain_tiles::layer_json::{LayerForm, LayerJson};
 use terrain_tiles::metadata::Metadata;
 use terrain_tiles::shading::{FinestSurface, Shading};
-use terrain_tiles::tile::Tile;
 use terrain_tiles::tile_file::SquareTile;
 
 use crate::failure::Failure;

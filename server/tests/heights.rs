@@ -10,8 +10,8 @@ use axum::http::{StatusCode, header};
 use glam::DVec2;
 use serde_json::Value;
 use service::{Service, address, metadata, tile};
+use terrain_codec::spt;
 use terrain_tiles::archive::Writer;
-use terrain_tiles::formats::spt;
 
 #[tokio::test]
 async fn heights_have_their_error_and_tell_void_from_outside() {

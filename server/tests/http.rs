@@ -10,9 +10,9 @@ use std::path::Path;
 
 use axum::http::{StatusCode, header};
 use service::{Service, address, metadata, tile};
+use terrain_codec::spt;
 use terrain_server::{ModelFile, Settings};
 use terrain_tiles::archive::Writer;
-use terrain_tiles::formats::spt;
 
 #[tokio::test]
 async fn health_tilesets_and_page_are_there() {
@@ -509,7 +509,7 @@ async fn curved_models_are_served_as_they_are() {
 
 #[tokio::test]
 async fn progressive_meshes_are_served_as_they_are() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tiles/golden/open_torus.spm");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../codec/golden/open_torus.spm");
     let file = ModelFile::open(&path).unwrap();
     let service = Service::of(vec![file], Settings::default());
     let reply = service.get("/open_torus/model.spm").await;

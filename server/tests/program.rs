@@ -64,7 +64,7 @@ fn two_archives_of_one_name_are_refused() {
 fn two_models_of_one_kind_and_name_are_refused() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (mesh, curved) = (
-        sources.join("../tiles/golden/open_torus.spm"),
+        sources.join("../codec/golden/open_torus.spm"),
         sources.join("web/test/torus.clod"),
     );
     let folder = tempfile::tempdir().unwrap();

@@ -19,9 +19,9 @@ use axum::response::{IntoResponse, Response};
 use futures_util::stream;
 use running::{Running, program};
 use service::{Reply, Service, address, metadata, tile};
+use terrain_codec::{LevelLimits, spt};
 use terrain_server::{Catalogue, Server, Settings, Shared};
 use terrain_tiles::archive::{ArchiveError, Writer};
-use terrain_tiles::formats::{LevelLimits, spt};
 
 const EVERY: usize = 10;
 

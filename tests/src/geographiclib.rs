@@ -4,7 +4,7 @@ use std::ffi::{CString, c_char};
 use std::path::Path;
 
 use glam::{DMat3, DVec2, DVec3};
-use terrain_tiles::ellipsoid::Geodetic;
+use terrain_codec::ellipsoid::Geodetic;
 
 unsafe extern "C" {
     fn shim_to_earth_centred(

@@ -8,11 +8,11 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use terrain_codec::address::TileAddress;
 use terrain_core::selection::camera::{Camera, Ellipsoid, HalfSpace};
 use terrain_core::selection::hierarchy::Level;
 use terrain_core::selection::oriented_box::OrientedBox;
 use terrain_core::selection::select::{Choice, Demand, Selection, select};
-use terrain_tiles::address::TileAddress;
 use terrain_tiles::pyramid::{Pyramid, Summary};
 
 use crate::workspace;

@@ -11,17 +11,21 @@ use terrain_tests::source::{Crate, Edge, Target, Use, edges_on_circles};
 use terrain_tests::workspace;
 
 /// Each crate and the crates of this workspace that it may use.
-const ALLOWED: [(&str, &[&str]); 8] = [
+const ALLOWED: [(&str, &[&str]); 11] = [
     ("terrain-core", &[]),
-    ("terrain-tiles", &["terrain-core"]),
-    ("terrain-ingest", &["terrain-core", "terrain-tiles"]),
-    ("terrain-server", &["terrain-core", "terrain-tiles"]),
-    ("terrain-heights", &["terrain-core", "terrain-tiles"]),
+    ("terrain-codec", &["terrain-core"]),
+    ("terrain-tiles", &["terrain-codec", "terrain-core"]),
+    ("terrain-ingest", &["terrain-codec", "terrain-core", "terrain-tiles"]),
+    ("terrain-server", &["terrain-codec", "terrain-core", "terrain-tiles"]),
+    ("terrain-bindings", &[]),
+    ("terrain-decoder", &["terrain-codec", "terrain-core"]),
+    ("terrain-heights", &["terrain-codec", "terrain-core", "terrain-tiles"]),
     ("terrain-heights-python", &["terrain-heights"]),
-    ("terrain-fuzz", &["terrain-core", "terrain-tiles"]),
+    ("terrain-fuzz", &["terrain-codec", "terrain-core"]),
     (
         "terrain-tests",
         &[
+            "terrain-codec",
             "terrain-core",
             "terrain-tiles",
             "terrain-ingest",
@@ -32,7 +36,7 @@ const ALLOWED: [(&str, &[&str]); 8] = [
 ];
 
 /// Libraries and the files or folders that wrap them: no other file names them.
-const HOMES: [(&str, &[&str]); 22] = [
+const HOMES: [(&str, &[&str]); 24] = [
     ("gdal", &["ingest/src/raster"]),
     (
         "exr",
@@ -73,6 +77,8 @@ const HOMES: [(&str, &[&str]); 22] = [
     ),
     ("base64", &["tiles/src/archive.rs", "tiles/src/formats/gltf/buffers.rs"]),
     ("axum", &["server"]),
+    ("wasm_bindgen", &["server/web/decoder"]),
+    ("wasm_bindgen_cli_support", &["server/web/bindings"]),
     ("numpy", &["heights/python"]),
     ("pyo3", &["heights/python"]),
     ("tokio", &["server", "ingest/src/store.rs"]),
@@ -94,6 +100,7 @@ const HOMES: [(&str, &[&str]); 22] = [
             "server/src/main.rs",
             "server/src/settings.rs",
             "server/src/models.rs",
+            "server/web/bindings",
             "tests",
         ],
     ),
@@ -132,6 +139,9 @@ const ARITHMETIC: [&str; 20] = [
     "thiserror",
 ];
 
+/// What `codec` may use besides: whatever it runs in, a browser too, has to have it.
+const OF_CODEC: [&str; 4] = ["flate2", "integer_encoding", "std::io", "terrain_core"];
+
 /// The wings of `core` and what each may use besides itself, as `core/src/lib.rs` draws it.
 const WINGS: [(&str, &[&str]); 8] = [
     ("mesh", &[]),
@@ -159,14 +169,14 @@ const BELOW_VERIFICATION: [&str; 12] = [
     "terrain_core::mesh",
     "terrain_core::levels::partition",
     "terrain_core::selection",
-    "terrain_tiles::address",
+    "terrain_codec::address",
     "terrain_tiles::archive::Reader",
-    "terrain_tiles::formats::LevelLimits",
-    "terrain_tiles::formats::spt",
-    "terrain_tiles::ellipsoid",
+    "terrain_codec::LevelLimits",
+    "terrain_codec::spt",
+    "terrain_codec::ellipsoid",
     "terrain_tiles::metadata",
     "terrain_tiles::pyramid",
-    "terrain_tiles::tile",
+    "terrain_codec::tile",
 ];
 
 /// A crate of the workspace.
@@ -305,6 +315,14 @@ fn core_is_arithmetic_on_arrays() {
     let in_core = libraries_named().filter(|(file, _)| file.starts_with("core/"));
     let outside: Vec<_> = in_core.filter(|(_, path)| !is_below_any(path, &ARITHMETIC)).collect();
     assert_eq!(outside, [], "no file, clock, thread, socket or stream");
+}
+
+#[test]
+fn codec_needs_nothing_that_a_browser_lacks() {
+    let in_codec = libraries_named().filter(|(file, _)| file.starts_with("codec/"));
+    let allowed = [ARITHMETIC.as_slice(), &OF_CODEC].concat();
+    let outside: Vec<_> = in_codec.filter(|(_, path)| !is_below_any(path, &allowed)).collect();
+    assert_eq!(outside, [], "no file, clock, thread or socket");
 }
 
 #[test]

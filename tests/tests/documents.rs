@@ -14,7 +14,7 @@ fn quoted(text: &str) -> impl Iterator<Item = &str> {
 
 /// Source files of all crates, from the top folder.
 fn sources() -> BTreeSet<String> {
-    let crates = ["core", "tiles", "ingest", "server", "fuzz", "tests"].map(|name| workspace().join(name));
+    let crates = ["core", "codec", "tiles", "ingest", "server", "fuzz", "tests"].map(|name| workspace().join(name));
     let folders = crates
         .iter()
         .flat_map(|name| ["src", "tests"].map(|inside| name.join(inside)));
@@ -79,7 +79,7 @@ fn module(file: &str) -> Option<&str> {
     let (name, inside) = file.split_once("/src/")?;
     let depth = if name == "core" { 2 } else { 1 };
     let stem = inside.strip_suffix(".rs")?;
-    let is_in_map = ["core", "tiles", "ingest", "server"].contains(&name)
+    let is_in_map = ["core", "codec", "tiles", "ingest", "server"].contains(&name)
         && stem.split('/').count() <= depth
         && !stem.ends_with("_tests")
         && !["lib", "main"].contains(&stem);

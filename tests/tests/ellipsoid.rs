@@ -5,10 +5,10 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DAffine2, DMat2, DMat3, DVec2, DVec3};
+use terrain_codec::ellipsoid::{self, Geodetic};
 use terrain_ingest::georeference::{Crs, GeoReference};
 use terrain_ingest::raster;
 use terrain_tests::{geographiclib, random_numbers};
-use terrain_tiles::ellipsoid::{self, Geodetic};
 
 /// The largest of many differences, which is printed at the end.
 struct Worst {

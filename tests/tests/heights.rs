@@ -12,12 +12,12 @@ use std::thread;
 
 use glam::DVec3;
 use tempfile::TempDir;
+use terrain_codec::ellipsoid::to_geodetic;
+use terrain_codec::{LevelLimits, spt};
 use terrain_heights::{Frame, Heights, Place};
 use terrain_ingest::{HeightGrid, ReadOptions, raster};
 use terrain_tests::{program, random_numbers, sample, workspace};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::ellipsoid::to_geodetic;
-use terrain_tiles::formats::{LevelLimits, spt};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };

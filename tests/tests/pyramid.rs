@@ -10,6 +10,11 @@ use std::sync::LazyLock;
 use geo::{Area, Coord, LineString, Polygon};
 use glam::DVec2;
 use tempfile::TempDir;
+use terrain_codec::LevelLimits;
+use terrain_codec::address::TileAddress;
+use terrain_codec::filled::Filled;
+use terrain_codec::spt;
+use terrain_codec::tile::Tile;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
 use terrain_ingest::globe::Seen;
@@ -19,14 +24,9 @@ use terrain_ingest::stored_raster::StoredRaster;
 use terrain_ingest::verify::{ArchiveReport, Violation};
 use terrain_ingest::{GeoReference, HeightGrid, Progress, ReadOptions, pyramid, raster, tin, verify};
 use terrain_tests::{sample, shared_data};
-use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::{Reader, Writer};
-use terrain_tiles::filled::Filled;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spt;
 use terrain_tiles::ground::{Ground, tile_at};
 use terrain_tiles::metadata::{Fill, Reading};
-use terrain_tiles::tile::Tile;
 
 const MAX_ERROR: f64 = 10.0;
 

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeSet;
 
+use terrain_codec::address::{Side, TileAddress};
 use terrain_core::selection::hierarchy::Hierarchy;
 use terrain_core::selection::select::{Selection, select};
 use terrain_tests::selection::{Answer, Case, Cases, pyramid, random};
-use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::pyramid::Pyramid;
 
 /// A case and what is selected.

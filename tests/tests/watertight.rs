@@ -17,6 +17,11 @@ use std::path::PathBuf;
 use fastrand::Rng;
 use glam::{DVec2, DVec3};
 use tempfile::TempDir;
+use terrain_codec::LevelLimits;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid;
+use terrain_codec::spt;
+use terrain_codec::tile::{Detail, Tile};
 use terrain_core::Mesh;
 use terrain_core::selection::camera::Camera;
 use terrain_core::selection::hierarchy::Hierarchy;
@@ -26,13 +31,8 @@ use terrain_ingest::store::Store;
 use terrain_ingest::{HeightGrid, Progress, ReadOptions, pyramid, raster};
 use terrain_tests::selection::random;
 use terrain_tests::{sample, shared_data};
-use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::ellipsoid;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spt;
 use terrain_tiles::pyramid::{Pyramid, Summary};
-use terrain_tiles::tile::{Detail, Tile};
 
 /// Metres that a camera is above the ground at most.
 const HIGHEST: f64 = 300_000.0;

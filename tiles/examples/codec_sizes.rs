@@ -11,13 +11,13 @@ use std::time::Instant;
 
 use glam::DVec3;
 use serde_json::json;
+use terrain_codec::LevelLimits;
+use terrain_codec::progressive::Sampling;
+use terrain_codec::spm::{self, ProgressiveMesh};
+use terrain_codec::spt;
 use terrain_core::levels::partition::Level;
 use terrain_core::{Mesh, SurfacePartition};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spm::{self, ProgressiveMesh};
-use terrain_tiles::formats::spt;
-use terrain_tiles::progressive::Sampling;
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -31,10 +31,10 @@ use pmtiles::{
     PmtResult, TileCoord, TileId, TileType,
 };
 use serde::{Deserialize, Serialize};
+use terrain_codec::address::{self, MAX_ZOOM, TileAddress};
 use thiserror::Error;
 use twox_hash::{XxHash3_64, XxHash3_128};
 
-use crate::address::{self, MAX_ZOOM, TileAddress};
 use crate::metadata::{FORMAT, Metadata, VERSION};
 use crate::new_file::NewFile;
 use crate::tile_file::{self, Kind, SquareTile, TileFile};

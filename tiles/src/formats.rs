@@ -2,11 +2,6 @@
 //! programs'.
 
 pub mod bezier;
-pub mod clod;
-#[cfg(test)]
-#[path = "formats/damage_tests.rs"]
-mod damage;
-mod fields;
 pub mod gltf;
 pub mod lod;
 pub mod obj;
@@ -14,10 +9,6 @@ pub mod off;
 pub mod ply;
 pub mod polygons;
 pub mod quantized_mesh;
-pub mod spm;
-pub mod spt;
 pub mod stl;
 pub mod three_d_tiles;
 pub mod x3d;
-
-pub use fields::{DecodeError, LevelLimits};

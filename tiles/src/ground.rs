@@ -13,10 +13,10 @@ use std::ops::Deref;
 use glam::{DVec2, DVec3};
 use terrain_core::topology::compressed_rows::CompressedRows;
 
-use crate::address::{MAX_ZOOM, Side, TileAddress};
-use crate::ellipsoid::{Geodetic, east_north_up, normal, to_earth_centred};
-use crate::filled::Filled;
-use crate::tile::Tile;
+use terrain_codec::address::{MAX_ZOOM, Side, TileAddress};
+use terrain_codec::ellipsoid::{Geodetic, east_north_up, normal, to_earth_centred};
+use terrain_codec::filled::Filled;
+use terrain_codec::tile::Tile;
 
 /// Cells of the grid hold so many triangles on average.
 const TRIANGLES_PER_CELL: f64 = 1.0;

@@ -1,10 +1,10 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use terrain_codec::ellipsoid::to_geodetic;
 use terrain_core::Mesh;
 
 use super::*;
-use crate::ellipsoid::to_geodetic;
-use crate::tile::fixture::of_one_level;
+use crate::fixture::of_one_level;
 
 /// A grid of `cells` a side with a hole of one cell, on the tile at `zoom`.
 fn tile(zoom: u8, cells: u32, height: impl Fn(u32, u32) -> f64) -> Tile {

@@ -4,8 +4,8 @@
 use std::collections::HashSet;
 
 use serde::Serialize;
+use terrain_codec::address::{MAX_ZOOM, TileAddress, rows_of, standing_for};
 
-use crate::address::{MAX_ZOOM, TileAddress, rows_of, standing_for};
 use crate::mercator;
 use crate::metadata::Metadata;
 

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::address::{Rectangle, TileAddress};
+use terrain_codec::address::{Rectangle, TileAddress};
+
 use crate::ground::Place;
 use crate::tile_file::SquareTile;
 

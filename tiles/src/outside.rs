@@ -3,8 +3,8 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::address::{Rectangle, TileAddress};
-use crate::ellipsoid::{self, Geodetic};
+use terrain_codec::address::{Rectangle, TileAddress};
+use terrain_codec::ellipsoid::{self, Geodetic};
 
 /// What is beside the data and in their holes: a function of the place alone, so that all tiles agree.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

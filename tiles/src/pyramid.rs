@@ -6,9 +6,9 @@ use terrain_core::levels::partition;
 use terrain_core::selection::hierarchy::{Hierarchy, Level};
 use terrain_core::selection::oriented_box::OrientedBox;
 
-use crate::address::{Side, TileAddress};
-use crate::ellipsoid;
-use crate::tile::Tile;
+use terrain_codec::address::{Side, TileAddress};
+use terrain_codec::ellipsoid;
+use terrain_codec::tile::Tile;
 
 /// What the selection asks of one tile.
 #[derive(Clone, Debug, PartialEq)]

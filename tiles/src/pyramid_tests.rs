@@ -1,11 +1,12 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use terrain_codec::LevelLimits;
+use terrain_codec::spt;
+
 use super::*;
-use crate::formats::LevelLimits;
-use crate::formats::spt;
 
 fn golden() -> Tile {
-    let bytes = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/golden/jacksboro_v3.spt")).unwrap();
+    let bytes = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../codec/golden/jacksboro_v3.spt")).unwrap();
     spt::decode(&bytes, &LevelLimits::default()).unwrap()
 }
 
@@ -16,7 +17,7 @@ fn a_summary_has_the_levels_of_the_inside_and_holds_every_vertex() {
     assert_eq!(summary.levels.len(), tile.interior_levels());
     for (interior, level) in summary.levels.iter().enumerate() {
         let is_finest = interior + 1 == summary.levels.len();
-        let detail = crate::tile::Detail {
+        let detail = terrain_codec::tile::Detail {
             interior,
             fine_sides: [is_finest; 4],
         };

@@ -16,9 +16,9 @@ use std::io;
 use std::ops::Deref;
 
 use serde_json::{Value, json};
+use terrain_codec::address::TileAddress;
 
 use self::image::{Encoding, Format};
-use crate::address::TileAddress;
 use crate::ground::{Ground, Place, answers};
 use crate::mercator;
 use crate::metadata::Metadata;

@@ -21,9 +21,9 @@ use quick_cache::Weighter;
 use quick_cache::sync::Cache;
 use terrain_core::Mesh;
 
-use crate::address::TileAddress;
-use crate::tile::Tile;
 use sums::{Place, Sums, place_above, place_of};
+use terrain_codec::address::TileAddress;
+use terrain_codec::tile::Tile;
 pub use unit_vector::{oct_decode, oct_encode};
 
 /// Degrees by which a normal turns from one zoom to the next, before it is rounded to two bytes, which is within one degree.

@@ -3,10 +3,11 @@
 use std::cell::RefCell;
 use std::convert::Infallible;
 
+use terrain_codec::ellipsoid::normal;
+
 use super::sums::PLACE_BITS;
 use super::*;
-use crate::ellipsoid::normal;
-use crate::tile::fixture::of_one_level;
+use crate::fixture::of_one_level;
 
 const EXTENT: f64 = 1024.0;
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::address::Rectangle;
+use terrain_codec::address::Rectangle;
 
 /// Pixels along each side of a tile's mask.
 pub const MASK_SIDE: usize = 256;

@@ -1,7 +1,8 @@
 #![expect(clippy::unwrap_used, reason = "tests fail by panicking")]
 
+use terrain_codec::address::TileAddress;
+
 use super::*;
-use crate::address::TileAddress;
 
 fn tile(zoom: u8, x: u32, y: u32) -> TileAddress {
     TileAddress::new(zoom, x, y).unwrap()

@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::{self, ECCENTRICITY_SQUARED, LEAST_CURVATURE_RADIUS};
+use terrain_codec::ellipsoid::{self, ECCENTRICITY_SQUARED, LEAST_CURVATURE_RADIUS};
 
 use crate::georeference::GeoReference;
 

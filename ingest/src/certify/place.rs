@@ -1,7 +1,7 @@
 //! A vertex on the Earth and on the raster.
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::{self, Geodetic};
+use terrain_codec::ellipsoid::{self, Geodetic};
 
 use crate::georeference::GeoReference;
 

@@ -1,9 +1,9 @@
 //! Straight edges in space over a raster: parabolas, stretch by stretch.
 
 use glam::{DVec2, DVec3};
+use terrain_codec::ellipsoid;
 use terrain_core::height_field::blocks::{Block, Relief};
 use terrain_core::height_field::scan;
-use terrain_tiles::ellipsoid;
 
 use super::place::Place;
 use super::worst::Worst;

@@ -2,10 +2,10 @@
 
 use std::io;
 
+use terrain_codec::clod::{CurvedError, EncodeError};
 use terrain_core::curved::model;
 use terrain_core::curved::tessellation::TessellationError;
 use terrain_tiles::formats::bezier::BezierError;
-use terrain_tiles::formats::clod::{CurvedError, EncodeError};
 use thiserror::Error;
 
 use crate::polygonal_model;

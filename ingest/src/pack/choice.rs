@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::archive::Reader;
 
 use super::area::Area;

@@ -8,8 +8,8 @@ use std::path::Path;
 
 use glam::DVec2;
 use rayon::prelude::*;
+use terrain_codec::ellipsoid::METRES_IN_A_DEGREE;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
 use terrain_tiles::ground::Place;
 use terrain_tiles::metadata::Metadata;
 

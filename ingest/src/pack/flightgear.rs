@@ -17,9 +17,9 @@ use flate2::write::GzEncoder;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::json;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{Geodetic, east_north_up, normal, to_earth_centred, to_geodetic};
 use terrain_tiles::archive::Reader;
-use terrain_tiles::ellipsoid::{Geodetic, east_north_up, normal, to_earth_centred, to_geodetic};
 use terrain_tiles::formats::three_d_tiles::{Packing, TileSurface};
 use terrain_tiles::water::{MASK_SIDE, WATER};
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use rusqlite::{Connection, OpenFlags, params};
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::metadata::Metadata;
 
 use super::stored::gzipped;

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::archive::square_tile;
 use terrain_tiles::metadata::Metadata;
 use terrain_tiles::tile_file::{Header, Kind, TileFile};

@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde_json::json;
-use terrain_tiles::address::{TileAddress, is_leaf};
+use terrain_codec::address::{TileAddress, is_leaf};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::mercator;
 use terrain_tiles::raster_dem::RasterForm;

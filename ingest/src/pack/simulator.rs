@@ -21,9 +21,9 @@ mod worlds;
 use std::collections::BTreeSet;
 
 use glam::DVec2;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::METRES_IN_A_DEGREE;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
 use terrain_tiles::metadata::Metadata;
 
 use self::frame::Frame;

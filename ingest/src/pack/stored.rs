@@ -8,10 +8,10 @@ use std::sync::Arc;
 use anyhow::Context;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use terrain_tiles::address::{Side, TileAddress};
+use terrain_codec::address::{Side, TileAddress};
+use terrain_codec::tile::{Detail, Tile};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::shading::{FinestSurface, Shading};
-use terrain_tiles::tile::{Detail, Tile};
 
 use crate::archive_tiles::tile;
 

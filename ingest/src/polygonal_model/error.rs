@@ -2,11 +2,11 @@
 
 use std::io;
 
+use terrain_codec::DecodeError;
+use terrain_codec::spm::ProgressiveMeshError;
 use terrain_core::topology::manifold::ManifoldError;
-use terrain_tiles::formats::DecodeError;
 use terrain_tiles::formats::lod::LodError;
 use terrain_tiles::formats::polygons::PolygonError;
-use terrain_tiles::formats::spm::ProgressiveMeshError;
 use terrain_tiles::formats::x3d::WorldError;
 use thiserror::Error;
 

@@ -5,8 +5,8 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spm::{self, ProgressiveMesh};
+use terrain_codec::LevelLimits;
+use terrain_codec::spm::{self, ProgressiveMesh};
 use terrain_tiles::new_file::NewFile;
 
 use super::ModelError;

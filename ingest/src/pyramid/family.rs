@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use anyhow::{Result, bail};
 use glam::{DVec2, DVec3};
+use terrain_codec::filled::Filled;
+use terrain_codec::tile::{Lineage, Tile};
 use terrain_core::{Mesh, mesh};
-use terrain_tiles::filled::Filled;
-use terrain_tiles::tile::{Lineage, Tile};
 
 use crate::lattice::{Lattice, Square};
 use crate::leaf;

@@ -6,12 +6,12 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use terrain_tiles::address::{TileAddress, rows_of};
+use terrain_codec::LevelLimits;
+use terrain_codec::address::{TileAddress, rows_of};
+use terrain_codec::spt::{self, Head};
+use terrain_codec::tile::Tile;
 use terrain_tiles::archive::{Reader, Writer};
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spt::{self, Head};
 use terrain_tiles::metadata::{Metadata, Zoom};
-use terrain_tiles::tile::Tile;
 
 use super::family::Child;
 use crate::lattice::Square;

@@ -6,7 +6,7 @@ use glam::DVec2;
 use terrain_core::height_field::reference::Bound;
 use terrain_core::height_field::simplify::Quality;
 
-use terrain_tiles::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
+use terrain_codec::ellipsoid::{MEAN_RADIUS, METRES_IN_A_DEGREE};
 use terrain_tiles::metadata::OutsidePolicy;
 
 use super::depths::Depths;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::archive::Reader;
 
 use super::finished::{Origin, TileRecord};

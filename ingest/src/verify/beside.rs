@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use anyhow::Result;
 use glam::DVec2;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 
 use super::deviation::visit_posts;
 use super::drawing::{no_surface, unsound};
@@ -124,7 +124,7 @@ fn draw<'a>(
 
 /// The tiles of one zoom around one, as far as they exist.
 pub(super) fn around(address: TileAddress, exist: &BTreeSet<TileAddress>) -> Vec<TileAddress> {
-    use terrain_tiles::address::Side::{East, North, South, West};
+    use terrain_codec::address::Side::{East, North, South, West};
     let ways = [
         vec![West],
         vec![East],

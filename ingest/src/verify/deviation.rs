@@ -15,7 +15,7 @@
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::{above, normal};
+use terrain_codec::ellipsoid::{above, normal};
 
 use super::source::{Block, Cell, Patch};
 use super::space::{Earth, Foot, Space};

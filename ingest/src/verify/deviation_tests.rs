@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use glam::DVec3;
-use terrain_tiles::ellipsoid::{Geodetic, SEMI_MAJOR, to_earth_centred};
+use terrain_codec::ellipsoid::{Geodetic, SEMI_MAJOR, to_earth_centred};
 
 use super::*;
 use crate::georeference::GeoReference;

@@ -11,7 +11,7 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 use robust::{Coord, orient2d};
-use terrain_tiles::tile::Tile;
+use terrain_codec::tile::Tile;
 
 /// Levels of a tile that are its sides: west, south, east and north, the last ones.
 const SIDES: usize = 4;

@@ -16,7 +16,7 @@ fn every_level_is_drawn_as_the_reader_of_tiles_draws_it() {
         let all = (0..interior_levels(tile)).map(coarse_sided).chain([finest(tile)]);
         let sizes: BTreeSet<usize> = all
             .map(|shown| {
-                let theirs = tile.surface(terrain_tiles::tile::Detail {
+                let theirs = tile.surface(terrain_codec::tile::Detail {
                     interior: shown.interior,
                     fine_sides: shown.fine_sides,
                 });

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use glam::DVec2;
-use terrain_tiles::address::{Side, TileAddress};
-use terrain_tiles::ellipsoid::{Geodetic, to_earth_centred};
-use terrain_tiles::tile::Tile;
+use terrain_codec::address::{Side, TileAddress};
+use terrain_codec::ellipsoid::{Geodetic, to_earth_centred};
+use terrain_codec::tile::Tile;
 
 use super::drawing::{Drawing, coarse_sided, draw, finest, interior_levels};
 use super::outline::Outline;

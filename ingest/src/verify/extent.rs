@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::Result;
 use glam::DVec2;
 use rayon::prelude::*;
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::LEAST_METRES_IN_A_DEGREE;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::LEAST_METRES_IN_A_DEGREE;
 use terrain_tiles::metadata::{Metadata, Zoom};
 
 use super::beside::Beside;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use anyhow::Result;
 use glam::DVec2;
-use terrain_tiles::tile::Tile;
+use terrain_codec::tile::Tile;
 
 use super::report::Violation;
 use super::source::Source;

@@ -5,11 +5,11 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{DVec2, DVec3};
+use terrain_codec::address::{Side, TileAddress};
+use terrain_codec::filled::Filled;
+use terrain_codec::tile::{Lineage, Tile};
 use terrain_core::{Band, Collapse, CollapseLog, Mesh, SurfacePartition};
-use terrain_tiles::address::{Side, TileAddress};
-use terrain_tiles::filled::Filled;
 use terrain_tiles::metadata::{Asked, FORMAT, Metadata, Source, VERSION, Zoom};
-use terrain_tiles::tile::{Lineage, Tile};
 
 use super::super::tiles::Tiles;
 use crate::georeference::GeoReference;

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
+use terrain_codec::LevelLimits;
+use terrain_codec::spt::{decode, encode};
+use terrain_codec::tile::Detail;
 use terrain_core::Mesh;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spt::{decode, encode};
-use terrain_tiles::tile::Detail;
 
 use super::fixture::{LEAF, ROOT, Sample};
 

@@ -12,10 +12,10 @@ use std::collections::BTreeSet;
 use anyhow::Result;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::METRES_IN_A_DEGREE;
+use terrain_codec::tile::Tile;
 use terrain_tiles::pyramid::Summary;
-use terrain_tiles::tile::Tile;
 
 use super::beside::{Beside, around, outline_slack};
 use super::breaklines::{Chains, Lines, Near, Stretch};

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use anyhow::Result;
 use fastrand::Rng;
-use terrain_tiles::address::{Side, TileAddress};
+use terrain_codec::address::{Side, TileAddress};
 
 use super::drawing::{Shown, draw, no_surface};
 use super::report::Violation;

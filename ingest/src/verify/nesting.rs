@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::tile::Tile;
+use terrain_codec::address::TileAddress;
+use terrain_codec::tile::Tile;
 
 use super::drawing::{Shown, coarse_sided, draw, finest};
 use super::filled;

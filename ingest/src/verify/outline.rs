@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rstar::RTree;
 use rstar::primitives::Line;
-use terrain_tiles::tile::Tile;
+use terrain_codec::tile::Tile;
 
 use super::breaklines::PlanEdge;
 use super::drawing::{Drawing, boundary_edges};

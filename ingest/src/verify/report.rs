@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::DVec2;
 use serde::Serialize;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 
 /// Metres of disagreement that are put down to the rounding of Earth-centred coordinates in thin triangles.
 pub(super) const ROUNDING: f64 = 1e-4;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use anyhow::Result;
 use glam::{DVec2, DVec3};
-use terrain_tiles::address::{Side, TileAddress};
-use terrain_tiles::tile::Tile;
+use terrain_codec::address::{Side, TileAddress};
+use terrain_codec::tile::Tile;
 
 use super::drawing::{Drawing, boundary_edges, coarse_sided, draw, finest};
 use super::report::Violation;

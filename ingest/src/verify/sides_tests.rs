@@ -1,9 +1,9 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use glam::DVec2;
+use terrain_codec::filled::Filled;
+use terrain_codec::tile::Lineage;
 use terrain_core::SurfacePartition;
-use terrain_tiles::filled::Filled;
-use terrain_tiles::tile::Lineage;
 
 use super::*;
 use crate::georeference::GeoReference;

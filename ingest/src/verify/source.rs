@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::{Geodetic, MEAN_RADIUS, to_earth_centred};
+use terrain_codec::ellipsoid::{Geodetic, MEAN_RADIUS, to_earth_centred};
 
 use crate::georeference::GeoReference;
 use crate::height_grid::HeightGrid;

@@ -1,7 +1,7 @@
 //! The spaces in which triangles are flat: Earth-centred metres for tiles, the raster's own grid for plain meshes.
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::{above, normal, to_geodetic};
+use terrain_codec::ellipsoid::{above, normal, to_geodetic};
 
 use super::source::Source;
 

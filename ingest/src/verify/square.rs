@@ -1,7 +1,7 @@
 //! Which posts of the raster are a tile's.
 
 use glam::DVec2;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 
 use super::source::{Block, Patch, Source};
 

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use terrain_tiles::address::TileAddress;
+use terrain_codec::LevelLimits;
+use terrain_codec::address::TileAddress;
+use terrain_codec::spt;
+use terrain_codec::tile::Tile;
 use terrain_tiles::archive::Reader;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spt;
 use terrain_tiles::metadata::Metadata;
-use terrain_tiles::tile::Tile;
 
 /// Tiles and what their maker says of them.
 pub(super) trait Tiles: Sync {

@@ -10,11 +10,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fastrand::Rng;
 use glam::DVec3;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
 use terrain_core::selection::camera::{Camera, Ellipsoid, HalfSpace};
 use terrain_core::selection::hierarchy::Hierarchy;
 use terrain_core::selection::select::{Demand, select};
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
 use terrain_tiles::pyramid::Pyramid;
 
 use super::drawing::Shown;

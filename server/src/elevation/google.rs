@@ -4,7 +4,7 @@ use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Json, Response};
 use serde::{Deserialize, Serialize};
-use terrain_tiles::ellipsoid::METRES_IN_A_DEGREE;
+use terrain_codec::ellipsoid::METRES_IN_A_DEGREE;
 use utoipa::{IntoParams, ToSchema};
 
 use super::forms::places_in;

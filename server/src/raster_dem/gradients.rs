@@ -17,8 +17,8 @@ use std::array;
 
 use axum::body::Bytes;
 use glam::DVec2;
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::{east_north_up, on_ellipsoid};
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{east_north_up, on_ellipsoid};
 use terrain_tiles::raster_dem::image::{Format, Pixels, write};
 
 use crate::heights::{Heights, Place};

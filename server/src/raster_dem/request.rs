@@ -1,6 +1,6 @@
 //! Which raster tile is asked for.
 
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::mercator;
 use terrain_tiles::metadata::Metadata;
 use terrain_tiles::raster_dem::image::{Encoding, Format};

@@ -1,6 +1,6 @@
 //! The parts of both tilesets, each made on request.
 
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::formats::quantized_mesh::Extensions;
 use terrain_tiles::formats::three_d_tiles::{self as format, Described, Packing, Squares, TileSurface};
 

@@ -11,15 +11,15 @@ use flate2::read::GzDecoder;
 use glam::DVec3;
 use serde_json::Value;
 use tempfile::TempDir;
+use terrain_codec::address::TileAddress;
+use terrain_codec::filled::Filled;
+use terrain_codec::spt;
+use terrain_codec::tile::{Lineage, Tile};
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
 use terrain_server::{Catalogue, ModelFile, Server, Settings, Shared};
-use terrain_tiles::address::TileAddress;
 use terrain_tiles::archive::Writer;
-use terrain_tiles::filled::Filled;
 use terrain_tiles::formats::quantized_mesh::{QuantizedMesh, QuantizedMeshLimits, decode};
-use terrain_tiles::formats::spt;
 use terrain_tiles::metadata::{Metadata, Source, Zoom};
-use terrain_tiles::tile::{Lineage, Tile};
 
 #[path = "../empty_archive/mod.rs"]
 mod empty_archive;

@@ -33,7 +33,7 @@ export interface CollapseGraph {
 
 /** Replays the collapses of all vertices from `first` on, in time that grows with their stars. */
 export function collapseGraph({ representatives, corners }: Splits, first: number): CollapseGraph {
-  const surface = new Replay(representatives.length, corners);
+  const surface = new CollapsingSurface(representatives.length, corners);
   const count = representatives.length - first;
   const lastInto = new Int32Array(representatives.length).fill(NONE);
   const needs: number[][] = Array.from({ length: count }, () => []);
@@ -74,7 +74,7 @@ function reducedOf(needs: readonly (readonly number[])[], first: number): number
 }
 
 /** Triangles while edges collapse. */
-class Replay {
+export class CollapsingSurface {
   private readonly corners: Uint32Array;
   /** The triangles around each vertex. */
   private readonly around: number[][];
@@ -90,8 +90,8 @@ class Replay {
     return new Set([...this.around[blue]!, ...this.around[red]!].flatMap((triangle) => this.cornersOf(triangle)));
   }
 
-  /** Triangles along the edge vanish, all others of blue go over to red. */
-  collapse(blue: number, red: number): void {
+  /** Triangles along the edge vanish, all others of blue go over to red. Tells how many vanish. */
+  collapse(blue: number, red: number): number {
     const vanish = new Set(this.around[blue]!.filter((triangle) => this.cornersOf(triangle).includes(red)));
     for (const vertex of [...vanish].flatMap((triangle) => this.cornersOf(triangle))) {
       this.around[vertex] = this.around[vertex]!.filter((triangle) => !vanish.has(triangle));
@@ -101,6 +101,7 @@ class Replay {
       this.around[red]!.push(triangle);
     }
     this.around[blue] = [];
+    return vanish.size;
   }
 
   private cornersOf(triangle: number): number[] {

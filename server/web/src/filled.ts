@@ -2,28 +2,6 @@
 
 /** Cells along a side of a tile. */
 export const FILLED_CELLS = 256;
-const BYTES = (FILLED_CELLS * FILLED_CELLS) / 8;
-
-/** The bits of a tile's cells out of their bytes; undefined where these are not the bits of all cells. */
-export async function filledCells(bytes: Uint8Array): Promise<Uint8Array<ArrayBuffer> | undefined> {
-  const cells = new Uint8Array(BYTES);
-  let count = 0;
-  try {
-    // Read as it comes: what is too long is not read to its end.
-    for (const reader = inflated(bytes).getReader(); ; ) {
-      const { done, value } = await reader.read();
-      if (done) return count === BYTES ? cells : undefined;
-      if (count + value.length > BYTES) {
-        void reader.cancel();
-        return undefined;
-      }
-      cells.set(value, count);
-      count += value.length;
-    }
-  } catch {
-    return undefined;
-  }
-}
 
 /** Whether there is filled ground in the cell of a place, from 0 to 1 eastwards and northwards through the tile's square. */
 export function isFilled(cells: Uint8Array, x: number, y: number): boolean {
@@ -40,8 +18,4 @@ export function filledTexels(cells: Uint8Array): Uint8Array<ArrayBuffer> {
 
 function isSet(cells: Uint8Array, cell: number): boolean {
   return ((cells[cell >> 3]! >> (cell & 7)) & 1) === 1;
-}
-
-function inflated(bytes: Uint8Array): ReadableStream<Uint8Array> {
-  return new Blob([bytes.slice()]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
 }

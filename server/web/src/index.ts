@@ -12,9 +12,10 @@ export { STYLES } from "./shaders.ts";
 export { Frame, tileBounds, type Bounds } from "./frame.ts";
 export { geographic, type GroundPoint } from "./ground.ts";
 
-export { DecodeError } from "./progressive/decode_error.ts";
-export { HeaderCut, type Level as TileLevel } from "./progressive/fields.ts";
-export { decodeTile, decodeTilePrefix, interiorLevels, TileDecoder, type Tile } from "./spt.ts";
+export { DecodeError, HeaderCut } from "./decode_error.ts";
+export { loadDecoder } from "./decoder.ts";
+export { decodeTile, decodeTilePrefix, TileDecoder } from "./spt.ts";
+export { interiorLevels, type Level as TileLevel, type Surface, type Tile } from "./tile.ts";
 export { COARSEST_DETAIL, drawnPrefix, finestDetail, placesOf, triangleCount, type Detail } from "./partition.ts";
 
 export { childrenOf, keyOf, MAX_ZOOM, neighboursOf, parentOf, type Address } from "./address.ts";

@@ -23,7 +23,7 @@ import { COARSEST_DETAIL, drawnPrefix, finestDetail, isSameDetail, placesOf, typ
 import { tileBounds } from "./frame.ts";
 import { PlanSurface } from "./plan_surface.ts";
 import { onSide, sideVertices, type PlacedTile, type SideVertex, type Spot } from "./spots.ts";
-import type { Tile } from "./spt.ts";
+import type { Tile } from "./tile.ts";
 
 /** A tile as a picture shows it. */
 export interface ShownTile extends Detail {

@@ -1,6 +1,6 @@
 // Levels of detail of a Surface Partition: which stored position each vertex is drawn at.
 
-import { interiorLevels, type Tile } from "./spt.ts";
+import { interiorLevels, type Tile } from "./tile.ts";
 
 /** Which level of detail of a tile to draw. */
 export interface Detail {

@@ -3,7 +3,7 @@
 import { degreesOf } from "./address.ts";
 import { tileBounds } from "./frame.ts";
 import { between, onSide, sideVertices, type SideVertex, type Spot } from "./spots.ts";
-import type { Tile } from "./spt.ts";
+import type { Tile } from "./tile.ts";
 
 /** Cells along a side of the grid that triangles are found by. */
 const CELLS = 32;

@@ -3,7 +3,7 @@
 import type { Vector3 } from "three";
 import { degreesOf } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
-import { interiorLevels, type Tile } from "./spt.ts";
+import { interiorLevels, type Tile } from "./tile.ts";
 
 /** A place that a vertex is drawn at. */
 export interface Spot {

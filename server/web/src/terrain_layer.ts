@@ -15,7 +15,7 @@ import { normalsOf, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
 import { distanceTo, solidAngle, type OrientedBox } from "./oriented_box.ts";
-import { interiorLevels, type Tile } from "./spt.ts";
+import { interiorLevels, type Tile } from "./tile.ts";
 import type { ContourPiece, SharedUniforms, TileMesh } from "./tile_mesh.ts";
 import { CACHE_BYTES, TileStore } from "./tile_store.ts";
 import { isGlobe, type Tileset } from "./tileset.ts";

@@ -1,8 +1,8 @@
 // Tiles are decoded in workers, beside what draws. Where there are none (outside browsers, or for a page of another site), here.
 
-import { DecodeError } from "./progressive/decode_error.ts";
-import { HeaderCut } from "./progressive/fields.ts";
-import { TileDesk, type Decoded, type Job, type Outcome } from "./tile_desk.ts";
+import { DecodeError, HeaderCut } from "./decode_error.ts";
+import { decoderModule } from "./decoder_module.ts";
+import type { Decoded, Job, Outcome, TileDesk } from "./tile_desk.ts";
 
 /** More would only take memory: tiles come one after the other over one line. */
 const MOST_WORKERS = 3;
@@ -28,23 +28,34 @@ interface Desk {
 class OwnDesk implements Desk {
   readonly waiting = 0;
   readonly isBroken = false;
-  private readonly desk = new TileDesk();
+  private desk: Promise<TileDesk> | undefined;
 
   async do(job: Job): Promise<Outcome> {
-    return (await this.desk.do(job))!;
+    this.desk ??= ownDesk();
+    return (await this.desk).do(job)!;
   }
 
   forget(number: number): void {
-    void this.desk.do({ number, bytes: undefined });
+    void this.desk?.then((desk) => desk.do({ number, bytes: undefined }));
   }
+}
+
+/** Loaded only where it is needed. */
+async function ownDesk(): Promise<TileDesk> {
+  const [{ loadDecoder }, { TileDesk }] = await Promise.all([import("./decoder.ts"), import("./tile_desk.ts")]);
+  await loadDecoder();
+  return new TileDesk();
 }
 
 /** In a worker, which answers jobs of one tile in their order. */
 class WorkerDesk implements Desk {
   isBroken = false;
   private readonly answers = new Map<number, { resolve: (outcome: Outcome) => void; reject: (error: Error) => void }>();
+  /** Done when it has been given the decoder. */
+  private ready: Promise<void> | undefined;
 
   constructor(private readonly worker: Worker) {
+    this.start().catch(() => {});
     worker.addEventListener("message", ({ data }: MessageEvent<Outcome>) => {
       this.answers.get(data.number)?.resolve(data);
       this.answers.delete(data.number);
@@ -64,12 +75,31 @@ class WorkerDesk implements Desk {
     if (this.isBroken) return Promise.reject(new DecodeError(BROKEN));
     // Whoever got the bytes may keep them.
     const own = bytes!.slice();
-    this.worker.postMessage({ number, bytes: own } satisfies Job, [own.buffer]);
-    return new Promise((resolve, reject) => this.answers.set(number, { resolve, reject }));
+    return new Promise((resolve, reject) => {
+      this.answers.set(number, { resolve, reject });
+      this.send({ number, bytes: own }, [own.buffer]).catch((error: Error) => {
+        this.answers.delete(number);
+        reject(error);
+      });
+    });
   }
 
   forget(number: number): void {
-    this.worker.postMessage({ number, bytes: undefined } satisfies Job);
+    this.send({ number, bytes: undefined }).catch(() => {});
+  }
+
+  private async send(job: Job, transfer: ArrayBuffer[] = []): Promise<void> {
+    await this.start();
+    this.worker.postMessage(job, transfer);
+  }
+
+  private start(): Promise<void> {
+    this.ready ??= decoderModule().then((module) => this.worker.postMessage(module));
+    // Where it could not be loaded, it is tried again with the next job.
+    return this.ready.catch((error: unknown) => {
+      this.ready = undefined;
+      throw error;
+    });
   }
 }
 

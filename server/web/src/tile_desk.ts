@@ -1,9 +1,8 @@
 // Decoders of tiles that begin with the first bytes of each and go on with the next ones: the work of a worker.
 
-import { filledCells } from "./filled.ts";
-import { DecodeError } from "./progressive/decode_error.ts";
-import { HeaderCut } from "./progressive/fields.ts";
-import { TileDecoder, type Tile } from "./spt.ts";
+import { DecodeError, HeaderCut } from "./decode_error.ts";
+import { TileDecoder } from "./spt.ts";
+import type { Tile } from "./tile.ts";
 
 /** Bytes of a tile: its first ones where its number is new, else those that come next. Without bytes, the tile is forgotten. */
 export interface Job {
@@ -12,11 +11,9 @@ export interface Job {
 }
 
 /** What is known of a tile by the bytes that have come. */
-export interface Decoded extends Pick<TileDecoder, "address" | "ends" | "levels" | "levelsThere" | "bytesThere"> {
+export interface Decoded extends Pick<TileDecoder, "address" | "ends" | "levels" | "levelsThere" | "bytesThere" | "filled"> {
   /** Undefined before the first level is whole. */
   readonly tile: Tile | undefined;
-  /** A bit for each cell of the tile whose ground was filled; undefined where all was measured. */
-  readonly filled: Uint8Array | undefined;
 }
 
 /** What came of the bytes of a tile: they are decoded, or at fault. */
@@ -29,13 +26,14 @@ export class TileDesk {
   private readonly decoders = new Map<number, TileDecoder>();
 
   /** Does a job; nothing comes of a tile that is to be forgotten. */
-  async do({ number, bytes }: Job): Promise<Outcome | undefined> {
+  do({ number, bytes }: Job): Outcome | undefined {
     if (bytes === undefined) {
+      this.decoders.get(number)?.free();
       this.decoders.delete(number);
       return undefined;
     }
     try {
-      return { number, decoded: await this.decode(number, bytes) };
+      return { number, decoded: this.decode(number, bytes) };
     } catch (error) {
       this.decoders.delete(number);
       if (!(error instanceof DecodeError)) throw error;
@@ -43,16 +41,15 @@ export class TileDesk {
     }
   }
 
-  private async decode(number: number, bytes: Uint8Array): Promise<Decoded> {
+  private decode(number: number, bytes: Uint8Array): Decoded {
     const known = this.decoders.get(number);
     known?.add(bytes);
     const decoder = known ?? new TileDecoder(bytes);
-    const { address, ends, levels, levelsThere, bytesThere, filledBytes } = decoder;
-    if (levelsThere < ends.length) this.decoders.set(number, decoder);
-    else this.decoders.delete(number);
-    const tile = levelsThere > 0 ? decoder.tile() : undefined;
-    const filled = filledBytes && (await filledCells(filledBytes));
-    if (filledBytes !== undefined && filled === undefined) throw new DecodeError("the filled ground is broken");
-    return { address, ends, levels, levelsThere, bytesThere, tile, filled };
+    const { address, ends, levels, levelsThere, bytesThere, filled } = decoder;
+    const isWhole = levelsThere === ends.length;
+    if (isWhole) this.decoders.delete(number);
+    else this.decoders.set(number, decoder);
+    const tile = isWhole ? decoder.last() : levelsThere > 0 ? decoder.tile() : undefined;
+    return { address, ends, levels, levelsThere, bytesThere, filled, tile };
   }
 }

@@ -10,7 +10,7 @@ import { drawnPrefix, isSameDetail, placesOf, type Detail } from "./partition.ts
 import { movingPrefix, type Moving, type ShownTile } from "./morph.ts";
 import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
 import type { PlacedTile, Spot } from "./spots.ts";
-import type { Tile } from "./spt.ts";
+import type { Tile } from "./tile.ts";
 import { MERCATOR_END, type Picture } from "./imagery.ts";
 import type { RasterPlace, SquareRaster } from "./square_rasters.ts";
 import { WATER_CELLS } from "./water.ts";

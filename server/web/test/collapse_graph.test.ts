@@ -2,7 +2,10 @@ import assert from "node:assert/strict";
 import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 import { collapseGraph, collapsesAround, rowsOf, type CollapseGraph, type Splits } from "../src/collapse_graph.ts";
+import { loadDecoder } from "../src/decoder.ts";
 import { decodeTile } from "../src/spt.ts";
+
+await loadDecoder();
 
 /** What Rust recorded: collapses by their place in the log, blue first. */
 interface Vector {
@@ -82,7 +85,7 @@ function neededSlowly({ representatives, corners }: Splits, first: number): numb
 
 for (const name of ["jacksboro_v3", "holes_v4", "small_v3"]) {
   test(`${name}: a graph of a real tile is that of slow sets of triangles`, () => {
-    const tile = decodeTile(readFileSync(`../../tiles/golden/${name}.spt`));
+    const tile = decodeTile(readFileSync(`../../codec/golden/${name}.spt`));
     const first = tile.levels[0]!.vertexEnd;
     const graph = collapseGraph(tile, first);
     assert.deepEqual(graph.needs, neededSlowly(tile, first));
@@ -93,7 +96,7 @@ for (const name of ["jacksboro_v3", "holes_v4", "small_v3"]) {
 }
 
 test("a part of a graph is what is nearest, in rows by level, where edges go down", () => {
-  const tile = decodeTile(readFileSync("../../tiles/golden/jacksboro_v3.spt"));
+  const tile = decodeTile(readFileSync("../../codec/golden/jacksboro_v3.spt"));
   const first = tile.levels[0]!.vertexEnd;
   const graph = collapseGraph(tile, first);
   const middle = first + Math.floor(graph.needs.length / 2);

@@ -5,14 +5,15 @@
 import { open } from "node:fs/promises";
 import { Frustum, MathUtils, PerspectiveCamera, Vector3 } from "three";
 import { PMTiles } from "pmtiles";
-import { decodeTile, Frame, interiorLevels, keyOf, select, Sight, tileBounds, triangleCount } from "../lib/index.js";
+import { decodeTile, Frame, interiorLevels, keyOf, loadDecoder, select, Sight, tileBounds, triangleCount } from "../lib/index.js";
 import { degreesOf } from "../lib/address.js";
-import { Surface } from "../lib/progressive/surface.js";
+import { CollapsingSurface, collapseGraph } from "../lib/collapse_graph.js";
 import { TileStore } from "../lib/tile_store.js";
 import { between, FLIGHTS, FRAMES, VIEWPORT } from "./flights.mjs";
 
 const [path, flight, pixels = "2"] = process.argv.slice(2);
 const tolerance = Number(pixels);
+await loadDecoder();
 
 const file = await open(path);
 const getBytes = async (offset, length) => {
@@ -34,47 +35,35 @@ async function loadTile(address, from) {
 
 const store = new TileStore({ name: path, metadata, source: { tile: loadTile } }, frame, { exaggeration: { value: 1 } }, () => {});
 
-/** The splits of a tile in their order: what they need, where they are, the triangles that they add. */
+/** The splits of a tile's levels, the last one first: where they are, the triangles that they add, the later ones that need them. */
 function splitsOf(address) {
-  const splits = [];
-  const { split } = Surface.prototype;
-  // The surface that is decoded tells each split, and the star that it is in.
-  Surface.prototype.split = function (red, ring, ...rest) {
-    const edges = this.edgeCount;
-    const isDone = split.call(this, red, ring, ...rest);
-    splits.push({ red, blue: this.vertexCount - 1, star: [...ring.vertices.subarray(0, ring.vertexCount)], triangles: (this.edgeCount - edges) / 3 });
-    return isDone;
-  };
   const tile = decodeTile(tileBytes.get(keyOf(address)));
-  Surface.prototype.split = split;
+  const first = tile.levels[0].vertexEnd;
   const placeOf = (vertex) => {
     const [[tileWest, tileSouth], unit] = [tileBounds(address), degreesOf(address.zoom) / 2 ** tile.extentBits];
     const [x, y, height] = tile.positions.subarray(3 * vertex, 3 * vertex + 3);
     return frame.position(tileWest + x * unit, tileSouth + y * unit, height);
   };
-  /** The splits around each vertex since it was split itself: its next one needs them. */
-  const since = tile.representatives.reduce((lists) => [...lists, []], []);
-  splits.forEach((split, at) => {
-    split.needs = since[split.red];
-    for (const vertex of split.star) since[vertex].push(at);
-    since[split.red] = [at];
-    since[split.blue] = [at];
-    split.level = tile.levels.findIndex(({ vertexEnd }) => split.blue < vertexEnd);
-    split.centre = placeOf(split.blue);
-    split.radius = Math.max(...[...split.star, split.red].map((vertex) => placeOf(vertex).distanceTo(split.centre)));
-  });
+  const { needs } = collapseGraph(tile, first);
+  const surface = new CollapsingSurface(tile.representatives.length, tile.corners);
+  const splits = [];
+  for (let blue = tile.representatives.length - 1; blue >= first; blue--) {
+    const red = tile.representatives[blue];
+    const [centre, star] = [placeOf(blue), surface.star(blue, red)];
+    const radius = Math.max(...[...star].map((vertex) => placeOf(vertex).distanceTo(centre)));
+    const level = tile.levels.findIndex(({ vertexEnd }) => blue < vertexEnd);
+    splits.push({ blue, level, centre, radius, neededBy: needs[blue - first], triangles: surface.collapse(blue, red) });
+  }
   return { tile, splits };
 }
 
 /** The smallest closed set of splits with all of which `isNeeded` holds, and its triangles. */
 function cut({ tile, splits }, isNeeded) {
-  const isIn = new Uint8Array(splits.length);
+  const isIn = new Uint8Array(tile.representatives.length);
   let triangles = tile.levels[0].triangleEnd;
-  for (let at = splits.length - 1; at >= 0; at--) {
-    const split = splits[at];
-    if (split.level === 0 || (isIn[at] === 0 && !isNeeded(split))) continue;
-    isIn[at] = 1;
-    for (const needed of split.needs) isIn[needed] = 1;
+  for (const split of splits) {
+    if (!isNeeded(split) && !split.neededBy.some((other) => isIn[other] === 1)) continue;
+    isIn[split.blue] = 1;
     triangles += split.triangles;
   }
   return { isIn, triangles };

@@ -4,7 +4,7 @@
 // (level 1), then the edges between cells are (level 2), and last the edges on each side of the tile.
 
 import type { Address } from "../src/address.ts";
-import type { Tile } from "../src/spt.ts";
+import type { Tile } from "../src/tile.ts";
 import { tileOf, type Position, type WrittenLevel, type WrittenVertex } from "./written_tile.ts";
 
 const LEVEL_COUNT = 7;

@@ -100,11 +100,11 @@ test("keys change the level, show edges and turn the page dark; a drag turns the
 });
 
 test("what is no model, damaged or too large is told in a line, and the model before it stays", async () => {
-  const bytes = await readFile("../../tiles/golden/open_torus.spm");
+  const bytes = await readFile("../../codec/golden/open_torus.spm");
   const damaged = Buffer.from(bytes);
   damaged.fill(255, 300, 400);
   for (const [file, name, said] of [
-    [Buffer.from("solid"), "not.spm", /^not\.spm: it is no progressive mesh/],
+    [Buffer.from("solid"), "not.spm", /^not\.spm: not a progressive mesh file/],
     [bytes.subarray(0, 2000), "cut.spm", /^cut\.spm: the levels are cut off/],
     [damaged, "damaged.spm", /^damaged\.spm: /],
   ]) {

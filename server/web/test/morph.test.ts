@@ -6,7 +6,7 @@ import { Frame } from "../src/frame.ts";
 import { Morph, movingPrefix, type Moving, type ShownTile } from "../src/morph.ts";
 import { select, type Choice } from "../src/select.ts";
 import { placed, type PlacedTile } from "../src/spots.ts";
-import type { Tile } from "../src/spt.ts";
+import type { Tile } from "../src/tile.ts";
 import { flatEarth, PYRAMID, viewFrom } from "./flat_earth.ts";
 import { gridTile } from "./grid_pyramid.ts";
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { COARSEST_DETAIL, drawnPrefix, finestDetail, placesOf, triangleCount, type Detail } from "../src/partition.ts";
-import type { Tile } from "../src/spt.ts";
+import type { Tile } from "../src/tile.ts";
 import { gridTile } from "./grid_pyramid.ts";
 import { SMALL } from "./small_tile.ts";
 import { tileOf } from "./written_tile.ts";

@@ -6,7 +6,7 @@ import { drawnPrefix, placesOf } from "../src/partition.ts";
 import { distanceTo, type OrientedBox } from "../src/oriented_box.ts";
 import { select, type Choice, type Hierarchy, type Selection } from "../src/select.ts";
 import { screenSpaceError, Sight } from "../src/sight.ts";
-import { interiorLevels, type Tile } from "../src/spt.ts";
+import { interiorLevels, type Tile } from "../src/tile.ts";
 import { AXES, flatEarth, PYRAMID, viewFrom, type View } from "./flat_earth.ts";
 import { gridTile } from "./grid_pyramid.ts";
 

@@ -1,12 +1,15 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { DecodeError } from "../src/progressive/decode_error.ts";
-import { HeaderCut } from "../src/progressive/fields.ts";
+import { deflateRawSync } from "node:zlib";
+import { DecodeError, HeaderCut } from "../src/decode_error.ts";
+import { loadDecoder } from "../src/decoder.ts";
 import { decodeTile, decodeTilePrefix, TileDecoder } from "../src/spt.ts";
 
-// Written by the encoder in Rust; what its own decoder makes of the larger one stands beside it.
-const GOLDEN = "../../tiles/golden/";
+await loadDecoder();
+
+// What was decoded of them when they were written stands beside them.
+const GOLDEN = "../../codec/golden/";
 const SMALL = readFileSync(`${GOLDEN}small_v3.spt`);
 
 test("a tile of the encoder comes back, heights in metres", () => {
@@ -19,13 +22,13 @@ test("a tile of the encoder comes back, heights in metres", () => {
   assert.deepEqual([...tile.positions.subarray(45, 48)], [0, 16, 0.5], "vertex 15, on the west side");
 });
 
-test("the levels of a real tile are those that the decoder in Rust finds, byte for byte", () => {
+test("the levels of a real tile are those that were recorded, byte for byte", () => {
   const { positions, representatives, corners } = decodeTile(readFileSync(`${GOLDEN}jacksboro_v3.spt`));
   const bytes = [positions, representatives, corners].map(({ buffer }) => Buffer.from(buffer));
   assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}jacksboro_v3.arrays`)));
 });
 
-test("the levels of a tile whose holes open are those that the decoder in Rust finds, byte for byte", () => {
+test("the levels of a tile whose holes open are those that were recorded, byte for byte", () => {
   const { positions, representatives, corners } = decodeTile(readFileSync(`${GOLDEN}holes_v4.spt`));
   const bytes = [positions, representatives, corners].map(({ buffer }) => Buffer.from(buffer));
   assert.ok(Buffer.concat(bytes).equals(readFileSync(`${GOLDEN}holes_v4.arrays`)));
@@ -41,16 +44,33 @@ test("edges along breaklines are passed over", () => {
   assert.throws(() => decodeTile(bytes), DecodeError);
 });
 
-test("filled ground is passed over, and a header that ends in it is cut", () => {
-  // No edge along a breakline; five bytes of filled ground.
-  const filled = [0, 5, 1, 2, 3, 4, 5];
-  const bytes = Uint8Array.of(...SMALL.subarray(0, 52), ...filled, ...SMALL.subarray(52));
+/** The small tile with bytes that tell of filled ground. */
+function withFilled(filled: Uint8Array): Uint8Array {
+  // No edge along a breakline; then a length of two digits of seven bits.
+  const length = [(filled.length % 128) + 128, filled.length >> 7];
+  const bytes = Uint8Array.of(...SMALL.subarray(0, 52), 0, ...length, ...filled, ...SMALL.subarray(52));
   bytes[4] = 6;
-  assert.deepEqual(decodeTile(bytes), decodeTile(SMALL));
-  assert.throws(() => new TileDecoder(bytes.subarray(0, 57)), HeaderCut);
+  return bytes;
+}
+
+test("filled ground is told by a bit a cell, and a header that ends in it is cut", () => {
+  const cells = Uint8Array.from({ length: 256 * 32 }, (_, at) => at % 251);
+  const bytes = withFilled(deflateRawSync(cells));
+  const decoder = new TileDecoder(bytes);
+  assert.deepEqual(decoder.filled, cells);
+  assert.deepEqual(decoder.last(), decodeTile(SMALL));
+  assert.equal(new TileDecoder(SMALL).filled, undefined);
+  assert.throws(() => new TileDecoder(bytes.subarray(0, 100)), HeaderCut);
 });
 
-test("of the first tenth of a tile the decoder in Rust makes the same, byte for byte", () => {
+test("filled ground that is not the bits of all cells is refused", () => {
+  for (const length of [256 * 32 - 1, 256 * 32 + 1]) {
+    assert.throws(() => decodeTile(withFilled(deflateRawSync(new Uint8Array(length).fill(1)))), /filled ground/);
+  }
+  assert.throws(() => decodeTile(withFilled(Uint8Array.of(7, 7, 7))), DecodeError);
+});
+
+test("the first tenth of a tile is what was recorded, byte for byte", () => {
   const whole = readFileSync(`${GOLDEN}square_v3.spt`);
   const { positions, representatives, corners, levels } = decodeTilePrefix(whole.subarray(0, Math.floor(whole.length / 10)));
   const bytes = [positions, representatives, corners].map(({ buffer }) => Buffer.from(buffer));
@@ -108,16 +128,16 @@ test("bytes changed at random never give anything but a tile or a clear error", 
 
 test("what contradicts the header or the directory is refused by name", () => {
   const cases: [number, number, RegExp][] = [
-    [0, 0x54, /magic/],
-    [4, 1, /version 1 is not 3/],
-    [5, 63, /zoom 63/],
-    [6, 41, /2\^41/],
-    [9, 255, /off the Earth/],
-    [19, 127, /lowest height/],
-    [49, 4, /4 levels/],
-    [52, 127, /fill|cut off/],
-    [50, 100, /base/],
-    [54, 100, /triangle count/],
+    [0, 0x54, /not a progressive terrain tile/],
+    [4, 1, /version 1/],
+    [5, 63, /tile address/],
+    [6, 41, /lattice extent/],
+    [9, 255, /tile address/],
+    [19, 127, /lattice/],
+    [49, 4, /number of levels/],
+    [50, 100, /level 0/],
+    [52, 127, /cut off/],
+    [54, 100, /vertices or triangles/],
     [55, 0x81, /error/],
   ];
   for (const [at, value, message] of cases) {

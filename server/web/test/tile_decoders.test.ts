@@ -1,13 +1,15 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { DecodeError } from "../src/progressive/decode_error.ts";
-import { HeaderCut } from "../src/progressive/fields.ts";
+import { DecodeError, HeaderCut } from "../src/decode_error.ts";
+import { loadDecoder } from "../src/decoder.ts";
 import { decodeTile } from "../src/spt.ts";
 import { TileDecoders } from "../src/tile_decoders.ts";
 
-const TILE = readFileSync("../../tiles/golden/jacksboro_v3.spt");
-const OTHER = readFileSync("../../tiles/golden/small_v3.spt");
+await loadDecoder();
+
+const TILE = readFileSync("../../codec/golden/jacksboro_v3.spt");
+const OTHER = readFileSync("../../codec/golden/small_v3.spt");
 /** Its bytes before its levels. */
 const HEADER = 103;
 

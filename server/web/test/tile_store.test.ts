@@ -2,12 +2,15 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { keyOf } from "../src/address.ts";
+import { loadDecoder } from "../src/decoder.ts";
 import { Frame, tileBounds } from "../src/frame.ts";
 import { decodeTile } from "../src/spt.ts";
 import type { SharedUniforms } from "../src/tile_mesh.ts";
 import { TileStore } from "../src/tile_store.ts";
 
-const BYTES = readFileSync("../../tiles/golden/jacksboro_v3.spt");
+await loadDecoder();
+
+const BYTES = readFileSync("../../codec/golden/jacksboro_v3.spt");
 const { address, levels } = decodeTile(BYTES);
 
 /** A store over an archive of one tile, and what resolves when its next tile has come in. */

@@ -1,7 +1,7 @@
 // Tiles as a decoder would give them, from lists that are easy to write.
 
 import type { Address } from "../src/address.ts";
-import type { Tile } from "../src/spt.ts";
+import type { Tile } from "../src/tile.ts";
 
 export type Position = readonly [number, number, number];
 

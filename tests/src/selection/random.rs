@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use fastrand::Rng;
 use glam::DVec3;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{self, Geodetic};
 use terrain_core::selection::camera::Camera;
 use terrain_core::selection::hierarchy::{Hierarchy, Level};
 use terrain_core::selection::oriented_box::OrientedBox;
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::{self, Geodetic};
 use terrain_tiles::pyramid::{Pyramid, Summary};
 
 use super::{Answer, Case, Cases, Ground, Place, TileRecord, place, pyramid};

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tempfile::TempDir;
+use terrain_codec::address::{Side, TileAddress};
 use terrain_ingest::samples::{CoarseWindow, Samples, Window};
 use terrain_ingest::store::Store;
 use terrain_ingest::stored_raster::StoredRaster;
 use terrain_ingest::verify::Violation;
 use terrain_ingest::{Progress, verify};
-use terrain_tiles::address::{Side, TileAddress};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::ground::{Ground, tile_at};
 use terrain_tiles::metadata::Reading;

@@ -29,8 +29,8 @@ pub use encode::{Extensions, encode};
 pub use in_mercator::{addresses_for, addresses_under};
 pub use validate::{Fault, validate};
 
-use crate::address::{Rectangle, Side};
-use crate::ellipsoid::Geodetic;
+use terrain_codec::address::{Rectangle, Side};
+use terrain_codec::ellipsoid::Geodetic;
 
 /// Largest value of a vertex coordinate: the east and the north side, and the largest height.
 pub const EXTENT: u16 = 32_767;

@@ -4,15 +4,15 @@ use std::path::PathBuf;
 use std::{env, fs};
 
 use glam::DVec2;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
+use terrain_codec::tile::Tile;
 use terrain_core::Mesh;
 
 use super::fixture::{Random, address, drop_unused, even, from_tile, grid, tile, unmeasured};
 use super::*;
-use crate::address::TileAddress;
-use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR, normal, to_earth_centred};
 use crate::outside::{HeightField, Outside};
 use crate::shading::oct_decode;
-use crate::tile::Tile;
 
 #[path = "quantized_mesh/ground_tests.rs"]
 mod ground;

@@ -7,16 +7,16 @@ use std::convert::Infallible;
 use glam::DVec3;
 use meshopt::{decode_filter_oct, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
 use serde_json::{Value, json};
+use terrain_codec::address::TileAddress;
+use terrain_codec::tile::Tile;
 use terrain_core::Mesh;
 
 use super::{Described, Packing, Squares, TileSurface, document, file, subtree};
-use crate::address::TileAddress;
+use crate::fixture::of_one_level;
 use crate::formats::quantized_mesh::fixture::from_tile;
 use crate::outside::Outside;
 use crate::shading::FinestSurface;
 use crate::shading::tests::surfaces_of;
-use crate::tile::Tile;
-use crate::tile::fixture::of_one_level;
 
 /// A bumpy surface of 9 × 9 vertices over the whole square, alike where tiles meet.
 fn tile(address: TileAddress) -> Tile {
@@ -325,7 +325,7 @@ fn assert_sides_are_listed(address: TileAddress, packing: Packing) {
     let sides = &placed.description["meshes"][0]["primitives"][0]["extensions"]["CESIUM_tile_edges"];
     let positions = placed.positions();
     let degrees = |vertex: u32| {
-        let place = crate::ellipsoid::to_geodetic(positions[vertex as usize]);
+        let place = terrain_codec::ellipsoid::to_geodetic(positions[vertex as usize]);
         [place.longitude, place.latitude]
     };
     let (near, far) = ([address.west(), address.south()], address.degrees());

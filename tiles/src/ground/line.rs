@@ -11,10 +11,10 @@
 use std::ops::Deref;
 
 use glam::{DVec2, DVec3};
+use terrain_codec::address::{MAX_ZOOM, TileAddress};
+use terrain_codec::ellipsoid::{Geodetic, MEAN_RADIUS, normal, to_geodetic};
 
 use super::{Ground, SLACK, beside, bulge, cell_of, fraction};
-use crate::address::{MAX_ZOOM, TileAddress};
-use crate::ellipsoid::{Geodetic, MEAN_RADIUS, normal, to_geodetic};
 
 /// A line may be so far from the vertical where it comes to the ellipsoid: the cosine of 45°.
 const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;

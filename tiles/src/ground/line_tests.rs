@@ -2,10 +2,11 @@
 
 use std::convert::Infallible;
 
+use terrain_codec::ellipsoid::{east_north_up, to_earth_centred};
+use terrain_codec::tile::Tile;
+
 use super::super::tests::grid;
 use super::*;
-use crate::ellipsoid::{east_north_up, to_earth_centred};
-use crate::tile::Tile;
 
 const CELLS: u32 = 9;
 const HEIGHTS: [f64; 2] = [-500.0, 2_000.0];

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use terrain_core::Mesh;
 
-use crate::ellipsoid::normal;
-use crate::tile::{STRIP, Tile};
+use terrain_codec::ellipsoid::normal;
+use terrain_codec::tile::{STRIP, Tile};
 
 /// Bits of a place along a tile's side by which tiles of finer and coarser lattices know it.
 pub(super) const PLACE_BITS: u8 = 40;

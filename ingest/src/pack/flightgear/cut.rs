@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::to_geodetic;
+use terrain_codec::ellipsoid::to_geodetic;
 
 /// Steps by which an edge's part is halved until it is where a parallel is: to a millionth of a millimetre.
 const HALVINGS: u32 = 50;

@@ -1,4 +1,4 @@
-use terrain_tiles::ellipsoid::{Geodetic, normal, to_earth_centred};
+use terrain_codec::ellipsoid::{Geodetic, normal, to_earth_centred};
 
 use super::*;
 

@@ -10,8 +10,8 @@
 
 use anyhow::Context;
 use glam::{DAffine2, DMat3, DVec2, DVec3};
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::{
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{
     Geodetic, LEAST_CURVATURE_RADIUS, METRES_IN_A_DEGREE, east_north_up, normal, to_earth_centred, to_geodetic,
 };
 

@@ -1,6 +1,6 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use terrain_tiles::ellipsoid::SEMI_MAJOR;
+use terrain_codec::ellipsoid::SEMI_MAJOR;
 
 use super::*;
 

@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
-use terrain_tiles::address::TileAddress;
-use terrain_tiles::ellipsoid::{east_north_up, to_earth_centred, to_geodetic};
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{east_north_up, to_earth_centred, to_geodetic};
 
 use super::*;
 

@@ -1,8 +1,8 @@
 //! A tile's surface in a local frame.
 
 use glam::{DVec2, DVec3};
-use terrain_tiles::ellipsoid::Geodetic;
-use terrain_tiles::tile::{Detail, Tile};
+use terrain_codec::ellipsoid::Geodetic;
+use terrain_codec::tile::{Detail, Tile};
 
 use super::frame::Frame;
 

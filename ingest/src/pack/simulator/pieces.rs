@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use rayon::prelude::*;
-use terrain_tiles::address::TileAddress;
+use terrain_codec::address::TileAddress;
 use terrain_tiles::archive::Reader;
 use terrain_tiles::formats::{gltf, obj};
 

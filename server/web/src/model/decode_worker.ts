@@ -1,12 +1,14 @@
 // What runs in a worker: decodes a model, and gives its arrays away.
 
-import { DecodeError } from "../progressive/decode_error.ts";
+import { DecodeError } from "../decode_error.ts";
+import { startDecoder } from "../decoder.ts";
 import { decodeModel } from "../spm.ts";
-import type { Outcome } from "./decode.ts";
+import type { Job, Outcome } from "./decode.ts";
 
-self.addEventListener("message", ({ data }: MessageEvent<ArrayBuffer>) => {
+self.addEventListener("message", ({ data: { module, bytes } }: MessageEvent<Job>) => {
+  startDecoder(module);
   try {
-    const mesh = decodeModel(new Uint8Array(data));
+    const mesh = decodeModel(new Uint8Array(bytes));
     postMessage({ mesh } satisfies Outcome, { transfer: [mesh.positions.buffer, mesh.representatives.buffer, mesh.corners.buffer] });
   } catch (error) {
     if (!(error instanceof DecodeError)) throw error;

@@ -5,7 +5,7 @@ import { element, setText } from "../elements.ts";
 import { connectDark, connectSwitch, onKey } from "../keys.ts";
 import { ModelStage, openModels } from "../model_stage.ts";
 import { placesOfLevel } from "../partition.ts";
-import type { ProgressiveMesh } from "../spm.ts";
+import type { Surface } from "../tile.ts";
 import { decodeInWorker } from "./decode.ts";
 
 declare global {
@@ -31,7 +31,7 @@ class ModelPage {
   private readonly surface = new THREE.Mesh(new THREE.BufferGeometry(), this.clay);
   private readonly edges = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({ color: EDGES, wireframe: true, transparent: true, opacity: 0.45 }));
   private readonly turned = new THREE.Group().add(this.surface, this.edges);
-  private mesh: ProgressiveMesh | undefined;
+  private mesh: Surface | undefined;
 
   constructor() {
     const { scene, camera } = this.stage;
@@ -56,7 +56,7 @@ class ModelPage {
     onKey("PageDown", () => this.step(1));
   }
 
-  show(mesh: ProgressiveMesh, bytes: number, name: string): void {
+  show(mesh: Surface, bytes: number, name: string): void {
     this.mesh = mesh;
     setText("name", name);
     setText("vertices", mesh.representatives.length.toLocaleString("en"));
@@ -95,16 +95,16 @@ class ModelPage {
   }
 }
 
-const boxOf = ({ positions }: ProgressiveMesh) => new THREE.Box3().setFromArray(positions);
-const indexOf = ({ levels }: ProgressiveMesh, level: number) => levels.length - 1 - level;
+const boxOf = ({ positions }: Surface) => new THREE.Box3().setFromArray(positions);
+const indexOf = ({ levels }: Surface, level: number) => levels.length - 1 - level;
 
-function figuresOf(mesh: ProgressiveMesh, level: number): { triangles: number; error: number } {
+function figuresOf(mesh: Surface, level: number): { triangles: number; error: number } {
   const { triangleEnd, error } = mesh.levels[indexOf(mesh, level)]!;
   return { triangles: triangleEnd, error };
 }
 
 /** All vertices where they are drawn, those that are not in where what stands for them is, and the triangles that are in. */
-function geometryOf(mesh: ProgressiveMesh, level: number): THREE.BufferGeometry {
+function geometryOf(mesh: Surface, level: number): THREE.BufferGeometry {
   const last = indexOf(mesh, level);
   const positions = new Float32Array(3 * mesh.representatives.length);
   placesOfLevel(mesh, last).forEach((place, vertex) => positions.set(mesh.positions.subarray(3 * place, 3 * place + 3), 3 * vertex));

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
+use terrain_codec::ellipsoid::{SEMI_MAJOR, SEMI_MINOR};
 
 /// Semi-axes' reciprocals: Earth-centred metres times this is the space in which the ellipsoid is the unit sphere.
 const SCALE: DVec3 = DVec3::new(1.0 / SEMI_MAJOR, 1.0 / SEMI_MAJOR, 1.0 / SEMI_MINOR);

@@ -1,5 +1,6 @@
 use super::*;
-use crate::address::TileAddress;
+use terrain_codec::address::TileAddress;
+
 use crate::formats::quantized_mesh::fixture::unmeasured;
 use crate::outside::Outside;
 

@@ -7,15 +7,15 @@ use std::slice;
 use std::sync::Arc;
 
 use glam::DVec3;
+use terrain_codec::address::{Rectangle, Side, TileAddress};
+use terrain_codec::tile::Tile;
 use terrain_core::Mesh;
 
 use super::QuantizedMesh;
-use crate::address::{Rectangle, Side, TileAddress};
+use crate::fixture::of_one_level;
 use crate::outside::Outside;
 use crate::shading::FinestSurface;
 use crate::shading::tests::surfaces_of;
-use crate::tile::Tile;
-use crate::tile::fixture::of_one_level;
 
 /// A tile with `mesh` as its only level.
 pub(super) fn tile(address: TileAddress, extent_bits: u8, mesh: &Mesh) -> Tile {

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use terrain_codec::address::{Rectangle, Side, TileAddress};
+use terrain_codec::ellipsoid::to_earth_centred;
 
 use super::measured::{Measured, Point};
 use super::square::{self, CompletedSquare};
 use super::{EXTENT, QuantizedMesh, Vertex, across_and_along, bounds, geodetic};
-use crate::address::{Rectangle, Side, TileAddress};
-use crate::ellipsoid::to_earth_centred;
 use crate::outside::Outside;
 use crate::shading::{FinestSurface, oct_encode};
 

@@ -12,13 +12,13 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use terrain_codec::address::{Rectangle, TileAddress};
+use terrain_codec::ellipsoid::to_geodetic;
 use terrain_core::Mesh;
 
 use super::QuantizedMesh;
 use super::measured::Measured;
 use super::square;
-use crate::address::{Rectangle, TileAddress};
-use crate::ellipsoid::to_geodetic;
 use crate::mercator;
 use crate::outside::Outside;
 use crate::shading::FinestSurface;

@@ -2,16 +2,17 @@
 
 use std::convert::Infallible;
 
+use terrain_codec::address::{Side, standing_for};
+use terrain_codec::ellipsoid::to_earth_centred;
+use terrain_codec::tile::Tile;
+
 use super::super::fixture::{Random, border, drop_unused, even, grid, tile, unlike};
 use super::super::{EXTENT, QuantizedMeshLimits, decode, encode, validate};
 use super::*;
-use crate::address::{Side, standing_for};
-use crate::ellipsoid::to_earth_centred;
 use crate::formats::quantized_mesh::Extensions;
 use crate::ground::Ground;
 use crate::outside::HeightField;
 use crate::shading::tests::surfaces_of;
-use crate::tile::Tile;
 
 const EXTENT_BITS: u8 = 15;
 const UNITS: f64 = 32_768.0;

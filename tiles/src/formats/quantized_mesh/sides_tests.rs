@@ -1,8 +1,9 @@
 //! Where data end at a tile's side, the tile across meets them.
 
+use terrain_codec::ellipsoid::Geodetic;
+
 use super::super::fixture::{border, unlike};
 use super::*;
-use crate::ellipsoid::Geodetic;
 use crate::shading::FinestSurface;
 
 #[test]

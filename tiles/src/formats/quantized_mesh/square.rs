@@ -18,11 +18,11 @@
 use std::collections::{HashMap, HashSet};
 
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+use terrain_codec::address::Rectangle;
 
 use super::EXTENT;
 use super::measured::{Measured, Outline, Point, directed_edges, is_counter_clockwise};
 use super::sides::Sides;
-use crate::address::Rectangle;
 use crate::outside::Outside;
 
 /// Cells along a tile's side in which it is looked up what is outside, at most.

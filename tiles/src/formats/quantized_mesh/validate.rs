@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
+use terrain_codec::address::{Rectangle, Side};
+use terrain_codec::ellipsoid::to_earth_centred;
 use thiserror::Error;
 
 use super::{EXTENT, QuantizedMesh, across_and_along, plan_area};
-use crate::address::{Rectangle, Side};
-use crate::ellipsoid::to_earth_centred;
 
 /// What is wrong with a tile.
 #[derive(Debug, Error, PartialEq, Eq)]

@@ -5,11 +5,11 @@
 //! ```
 
 use serde_json::{Value, json};
+use terrain_codec::address::TileAddress;
+use terrain_codec::{DecodeError, LevelLimits, spt};
 
 use super::Packing;
 use super::region::Region;
-use crate::address::TileAddress;
-use crate::formats::{DecodeError, LevelLimits, spt};
 use crate::metadata::Metadata;
 
 /// Zooms of a document; at the next one are the documents that it names.

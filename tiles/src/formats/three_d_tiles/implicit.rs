@@ -4,10 +4,10 @@
 //! Of a root, column x of the geographic scheme is x mod 2^zoom; rows count from the south in both.
 
 use serde_json::{Value, json};
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::SEMI_MAJOR;
 
 use super::region::Region;
-use crate::address::TileAddress;
-use crate::ellipsoid::SEMI_MAJOR;
 use crate::metadata::Metadata;
 use crate::outside::Outside;
 

@@ -1,6 +1,6 @@
 //! How the numbers of a file are kept, and how finely.
 
-use crate::address::TileAddress;
+use terrain_codec::address::TileAddress;
 
 /// How the numbers are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

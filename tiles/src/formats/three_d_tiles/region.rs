@@ -1,9 +1,9 @@
 //! What bounds a tile whose surface is not looked at: its square, and a range of heights.
 
 use glam::{DVec2, DVec3};
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{Geodetic, LEAST_CURVATURE_RADIUS, to_earth_centred};
 
-use crate::address::TileAddress;
-use crate::ellipsoid::{Geodetic, LEAST_CURVATURE_RADIUS, to_earth_centred};
 use crate::formats::quantized_mesh::bounds;
 
 /// Cells along a tile's side in whose corners its square is looked at.
@@ -44,7 +44,7 @@ impl Region {
         let (center, radius) = bounds::sphere(&[low, high].concat());
         let cell = self.address.degrees().to_radians() / f64::from(CELLS) * 2.0_f64.sqrt();
         // Between the points it bulges by half a cell's diagonal, squared, over two radii.
-        let scale = crate::ellipsoid::SEMI_MAJOR + self.heights[1].max(0.0);
+        let scale = terrain_codec::ellipsoid::SEMI_MAJOR + self.heights[1].max(0.0);
         (center, radius + cell * cell / 8.0 * scale)
     }
 

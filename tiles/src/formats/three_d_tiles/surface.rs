@@ -1,14 +1,14 @@
 //! What of a tile is drawn, in space.
 
 use glam::DVec3;
+use terrain_codec::address::TileAddress;
+use terrain_codec::ellipsoid::{normal, to_earth_centred};
+use terrain_codec::tile::Detail;
 use terrain_core::Mesh;
 
 use super::packing::{Packing, half_diagonal};
-use crate::address::TileAddress;
-use crate::ellipsoid::{normal, to_earth_centred};
 use crate::formats::quantized_mesh::QuantizedMesh;
 use crate::shading::{FinestSurface, oct_decode};
-use crate::tile::Detail;
 
 /// A surface in space whose positions are whole numbers of [`TileSurface::step`] from the Earth's centre: tiles of one zoom have them
 /// from one lattice, and meet without a crack.
@@ -22,7 +22,7 @@ pub struct TileSurface {
     pub normals: Vec<DVec3>,
     /// Three vertices a triangle, counter-clockwise seen from above.
     pub triangles: Vec<[u32; 3]>,
-    /// Vertices on each side, in the order of [`Side::ALL`](crate::address::Side::ALL), each list clockwise around the tile; none of a
+    /// Vertices on each side, in the order of [`Side::ALL`](terrain_codec::address::Side::ALL), each list clockwise around the tile; none of a
     /// surface that does not cover the tile's square.
     pub sides: Option<[Vec<u32>; 4]>,
     /// How far the source may be from the triangles, in metres along the vertical, certified; none where nobody has certified it.

@@ -1,11 +1,10 @@
 //! Tiles of one level for tests.
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use terrain_codec::address::TileAddress;
+use terrain_codec::filled::Filled;
+use terrain_codec::tile::{Lineage, Tile};
 use terrain_core::{Band, CollapseLog, Mesh, SurfacePartition};
-
-use super::{Lineage, Tile};
-use crate::address::TileAddress;
-use crate::filled::Filled;
 
 /// A tile with `mesh` as its only level, which claims `error`.
 pub(crate) fn of_one_level(

@@ -32,7 +32,7 @@ pub(super) enum Stage {
     Boundary,
 }
 
-/// Knows the splits, or is none the wiser and lets the bits tell.
+/// Knows the splits; of a decoder, it knows nothing, and the bits tell.
 pub(super) trait SplitSource {
     /// Whether a vertex splits now.
     fn splits(&self, vertex: u32) -> bool;

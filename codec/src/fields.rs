@@ -117,7 +117,7 @@ impl<'a> Fields<'a> {
         Ok((fields, version))
     }
 
-    fn truncated(&self) -> DecodeError {
+    pub(crate) fn truncated(&self) -> DecodeError {
         DecodeError::Truncated(self.length)
     }
 

@@ -1,15 +1,15 @@
 //! Triangles that the progressive codec encodes and decodes a second, on a hilly grid and on a golden tile.
 //!
-//! `cargo bench -p terrain-tiles --bench progressive`
+//! `cargo bench -p terrain-codec --bench progressive`
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::DVec3;
+use terrain_codec::LevelLimits;
+use terrain_codec::spm::{self, ProgressiveMesh};
+use terrain_codec::spt;
 use terrain_core::SurfacePartition;
 use terrain_core::levels::partition::Level;
-use terrain_tiles::formats::LevelLimits;
-use terrain_tiles::formats::spm::{self, ProgressiveMesh};
-use terrain_tiles::formats::spt;
 
 const TILE: &[u8] = include_bytes!("../golden/jacksboro_v3.spt");
 

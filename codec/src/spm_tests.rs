@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
 use super::*;
-use crate::formats::damage;
+use crate::damage;
 use crate::progressive::tests::hills;
 
 fn mesh() -> ProgressiveMesh {
@@ -179,7 +179,7 @@ fn a_lattice_that_is_none_is_refused() {
 }
 
 #[test]
-fn a_model_in_space_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
+fn a_model_in_space_decodes_to_the_arrays_that_were_recorded() {
     let golden = |name: &str| std::fs::read(format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let mesh = decode(&golden("open_torus.spm"), &LevelLimits::default())
         .unwrap()

@@ -10,13 +10,13 @@
 use glam::DVec3;
 use integer_encoding::VarInt;
 use terrain_core::SurfacePartition;
-use terrain_core::levels::partition;
+use terrain_core::levels::partition::{self, Level};
 use thiserror::Error;
 
-use super::fields::{self, Directory, Entry, Fields, Format};
+use super::fields::{Directory, Entry, Fields, Format};
 use crate::address::{Side, TileAddress};
 use crate::filled::Filled;
-use crate::progressive::{self, Frame, Run, Sampling, Start};
+use crate::progressive::{self, Frame, LevelsDecoder, Run, Sampling, Start};
 use crate::tile::{Lineage, Tile};
 
 use super::{DecodeError, LevelLimits};
@@ -135,8 +135,12 @@ pub fn decode_head(bytes: &[u8], limits: &LevelLimits) -> Result<Head, DecodeErr
 /// # Errors
 /// When the bytes are not a tile of this version, or exceed `limits`.
 pub fn decode(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeError> {
-    let (header, entries, rest) = read_head(bytes, limits)?;
-    tile(&header, &entries, &fields::whole_runs(&entries, &rest)?)
+    let decoder = TileDecoder::new(bytes, limits)?;
+    if decoder.is_whole() {
+        decoder.into_tile()
+    } else {
+        Err(DecodeError::Truncated(bytes.len()))
+    }
 }
 
 /// Reads as much of a tile as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
@@ -147,8 +151,145 @@ pub fn decode(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeError> {
 /// # Errors
 /// When the bytes are not the beginning of a tile of this version, or exceed `limits`.
 pub fn decode_prefix(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeError> {
-    let (header, entries, rest) = read_head(bytes, limits)?;
-    tile(&header, &entries, &fields::runs(&entries, &rest)?)
+    let mut decoder = TileDecoder::new(bytes, limits)?;
+    decoder.cut()?;
+    decoder.into_tile()
+}
+
+/// Decodes a tile while its bytes come in, each level as soon as it is whole.
+#[derive(Debug)]
+pub struct TileDecoder {
+    header: Header,
+    entries: Vec<Entry>,
+    levels: LevelsDecoder,
+    /// Bytes of the tile up to the end of the last level that is whole.
+    decoded: usize,
+    /// Those that came after.
+    waiting: Vec<u8>,
+    whole: usize,
+}
+
+impl TileDecoder {
+    /// Begins with a tile's first bytes.
+    ///
+    /// # Errors
+    /// [`DecodeError::Truncated`] where they end before the levels begin; others where they are not the beginning of a tile of this
+    /// version, or exceed `limits`.
+    pub fn new(first: &[u8], limits: &LevelLimits) -> Result<Self, DecodeError> {
+        let (header, entries, rest) = read_head(first, limits)?;
+        let start = first.len() - rest.remaining();
+        let mut decoder = Self {
+            levels: LevelsDecoder::new(header.start, header.boundary_from(), header.frame.clone()),
+            header,
+            entries,
+            decoded: start,
+            waiting: Vec::new(),
+            whole: 0,
+        };
+        decoder.add(&first[start..])?;
+        Ok(decoder)
+    }
+
+    /// Goes on with the bytes that come next.
+    ///
+    /// # Errors
+    /// When a level's bytes make no surface of its size, or there are bytes after the last level. Then the decoder is of no more use.
+    pub fn add(&mut self, bytes: &[u8]) -> Result<(), DecodeError> {
+        self.waiting.extend(bytes);
+        let mut end = 0;
+        while let Some(entry) = self.entries.get(self.whole)
+            && let Some(bytes) = self.waiting[end..].get(..entry.length)
+        {
+            let (is_cut, level) = (false, entry.level);
+            self.levels.add(&Run { bytes, is_cut, level })?;
+            end += entry.length;
+            self.whole += 1;
+        }
+        self.waiting.drain(..end);
+        self.decoded += end;
+        if self.is_whole() && !self.waiting.is_empty() {
+            return Err(DecodeError::OutOfRange("the number of bytes after the last level"));
+        }
+        Ok(())
+    }
+
+    /// Decodes what is there of the level that is not whole: nothing more comes.
+    ///
+    /// # Errors
+    /// When its bytes make no surface, or are cut before the base ends.
+    pub fn cut(&mut self) -> Result<(), DecodeError> {
+        let (is_base, is_begun) = (self.whole == 0, !self.waiting.is_empty());
+        if let Some(entry) = self.entries.get(self.whole)
+            && (is_base || is_begun)
+        {
+            let (bytes, is_cut, level) = (self.waiting.as_slice(), true, entry.level);
+            self.levels.add(&Run { bytes, is_cut, level })?;
+        }
+        Ok(())
+    }
+
+    /// Which square of the Earth.
+    #[must_use]
+    pub fn address(&self) -> TileAddress {
+        self.header.address
+    }
+
+    /// The tile's side is 2^`extent_bits` lattice units.
+    #[must_use]
+    pub fn extent_bits(&self) -> u8 {
+        self.header.extent_bits
+    }
+
+    /// Which of the tile's ground was not measured.
+    #[must_use]
+    pub fn filled(&self) -> &Filled {
+        &self.header.filled
+    }
+
+    /// The levels as the directory tells them, also those that are not there yet.
+    pub fn levels(&self) -> impl Iterator<Item = Level> {
+        self.entries.iter().map(|entry| entry.level)
+    }
+
+    /// Bytes of the tile up to the end of each level.
+    pub fn ends(&self) -> impl Iterator<Item = usize> {
+        let whole: usize = self.entries[..self.whole].iter().map(|entry| entry.length).sum();
+        let start = self.decoded - whole;
+        self.entries.iter().scan(start, |end, entry| {
+            *end += entry.length;
+            Some(*end)
+        })
+    }
+
+    /// How many levels are whole.
+    #[must_use]
+    pub fn levels_there(&self) -> usize {
+        self.whole
+    }
+
+    /// How many bytes of the tile have come.
+    #[must_use]
+    pub fn bytes_there(&self) -> usize {
+        self.decoded + self.waiting.len()
+    }
+
+    /// Whether all levels are there.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.whole == self.entries.len()
+    }
+
+    /// What has been decoded so far. Levels that are missing add nothing and have the error of the last that is whole.
+    ///
+    /// # Errors
+    /// Before the first level, and where what was decoded is no Surface Partition.
+    pub fn tile(&self) -> Result<Tile, DecodeError> {
+        tile(&self.header, &self.entries[..self.whole], self.levels.partition()?)
+    }
+
+    fn into_tile(self) -> Result<Tile, DecodeError> {
+        tile(&self.header, &self.entries[..self.whole], self.levels.into_partition()?)
+    }
 }
 
 /// All that stands before the levels, and what follows.
@@ -159,19 +300,14 @@ fn read_head<'a>(bytes: &'a [u8], limits: &LevelLimits) -> Result<(Header, Vec<E
     Ok((header, entries, fields))
 }
 
-fn tile(header: &Header, entries: &[Entry], runs: &[Run]) -> Result<Tile, DecodeError> {
-    let boundary_from = header.levels - Side::ALL.len();
-    let mut partition = progressive::decode(header.start, runs, boundary_from, &header.frame)?;
+/// The tile of a header, whose levels are a partition so far; `whole` are those of its levels that are all there.
+fn tile(header: &Header, whole: &[Entry], mut partition: SurfacePartition) -> Result<Tile, DecodeError> {
     if let Some(&last) = partition.levels.last() {
         partition.levels.resize(header.levels, last);
     }
     partition::validate(&partition)?;
     scale(&mut partition, f64::from(header.height_exponent).exp2());
-    let whole = runs.iter().filter(|run| !run.is_cut).count();
-    let mut outline_errors: Vec<f64> = entries[..whole]
-        .iter()
-        .map(|entry| f64::from(entry.outline_error))
-        .collect();
+    let mut outline_errors: Vec<f64> = whole.iter().map(|entry| f64::from(entry.outline_error)).collect();
     outline_errors.resize(header.levels, outline_errors.last().copied().unwrap_or(f64::INFINITY));
     Ok(Tile {
         address: header.address,
@@ -210,6 +346,7 @@ fn frame(extent_bits: u8, [lowest, highest]: [f64; 2], sampling: Option<Sampling
     }
 }
 
+#[derive(Debug)]
 struct Header {
     address: TileAddress,
     extent_bits: u8,
@@ -223,6 +360,11 @@ struct Header {
 }
 
 impl Header {
+    /// The first of the levels that are sides.
+    fn boundary_from(&self) -> usize {
+        self.levels - Side::ALL.len()
+    }
+
     /// All but the magic and the version.
     fn read(fields: &mut Fields, version: u8, limits: &LevelLimits) -> Result<Self, DecodeError> {
         let [zoom, extent_bits, height_exponent] = fields.bytes()?;
@@ -334,7 +476,7 @@ fn read_breaklines(fields: &mut Fields, extent: i64) -> Result<Vec<[[i64; 2]; 2]
     const LEAST_BYTES: usize = 4;
     let count = fields.number()? as usize;
     if count > fields.remaining() / LEAST_BYTES {
-        return Err(DecodeError::OutOfRange("the number of edges along breaklines"));
+        return Err(fields.truncated());
     }
     let mut before = [0_i64, 0];
     let mut edges = vec![[[0; 2]; 2]; count];

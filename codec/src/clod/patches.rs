@@ -8,9 +8,9 @@ use terrain_core::curved::levels::LevelPatch;
 use terrain_core::curved::patch::{CENTRE, CORNERS, CURVES, CubicPatch};
 
 use super::lattice::{Lattice, average, read_offset, third, write_offset};
-use crate::formats::DecodeError;
-use crate::formats::fields::Fields;
-use crate::formats::spt::rounded_up;
+use crate::DecodeError;
+use crate::fields::Fields;
+use crate::spt::rounded_up;
 
 /// A curve that is there already: the vertices that it joins, by their numbers in the file, and its inner control points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,7 +1,7 @@
 #![expect(clippy::unwrap_used, reason = "a test says what is wrong by failing")]
 
+use crate::damage;
 use crate::filled::Filled;
-use crate::formats::damage;
 use crate::progressive::tests::assert_same_levels;
 use glam::DVec3;
 use terrain_core::{Band, Collapse, CollapseLog, Mesh};
@@ -101,7 +101,7 @@ fn bytes_written_by_version_2_are_read_for_ever() {
     );
 }
 
-/// The arrays of a tile as the decoder in TypeScript has them: positions, restored positions, representatives, corners.
+/// The arrays of a tile as a browser has them: positions, restored positions, representatives, corners.
 fn arrays(tile: &Tile) -> Vec<u8> {
     let partition = &tile.partition;
     let positions = partition.positions.iter().chain(&partition.blue_positions);
@@ -116,7 +116,7 @@ fn arrays(tile: &Tile) -> Vec<u8> {
 }
 
 #[test]
-fn a_real_tile_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
+fn a_real_tile_decodes_to_the_arrays_that_were_recorded() {
     let golden = |name: &str| format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"));
     let tile = decode(
         &std::fs::read(golden("jacksboro_v3.spt")).unwrap(),
@@ -128,7 +128,7 @@ fn a_real_tile_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_wi
 }
 
 #[test]
-fn a_tile_whose_holes_open_decodes_to_the_arrays_that_the_decoder_in_typescript_is_tested_with() {
+fn a_tile_whose_holes_open_decodes_to_the_arrays_that_were_recorded() {
     let golden = |name: &str| std::fs::read(format!("{}/golden/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let bytes = golden("holes_v4.spt");
     assert_eq!(bytes[4], VERSION_WITH_HOLES);
@@ -225,10 +225,7 @@ fn the_first_tenth_of_a_tile_draws_its_whole_square() {
     let (fine, coarse) = (whole.surface(whole.finest()), tenth.surface(tenth.finest()));
     terrain_core::mesh::validate(&coarse).unwrap();
     let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v3_tenth.arrays");
-    assert!(
-        arrays(&tenth) == std::fs::read(golden).unwrap(),
-        "as the decoder in TypeScript has it"
-    );
+    assert!(arrays(&tenth) == std::fs::read(golden).unwrap(), "as it was recorded");
     let square = f64::from(whole.extent_bits).exp2().powi(2);
     assert_eq!([plan_area(&fine), plan_area(&coarse)], [square; 2]);
     let relief = fine
@@ -330,4 +327,62 @@ fn damaged_seeds_of_the_fuzz_target_give_a_tile_or_an_error_and_no_panic() {
     let seeds = damage::seeds("spt");
     assert!(seeds.len() >= 2, "the corpus has a hand-made and a real tile");
     damage::hold_with_damaged_seeds(&seeds, partition_of);
+}
+
+/// A tile of many levels, with lines and filled ground in its header.
+fn long_headed() -> Vec<u8> {
+    let square = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/golden/square_v3.spt")).unwrap();
+    let mut tile = decode(&square, &LevelLimits::default()).unwrap();
+    tile.breaklines = vec![[[3, 40], [64, 0]]; 5];
+    tile.filled.fill(glam::DVec2::splat(0.25), glam::DVec2::splat(0.5));
+    encode(&tile).unwrap()
+}
+
+#[test]
+fn a_tile_that_comes_in_pieces_is_decoded_on_to_the_same_as_a_whole_one() {
+    let bytes = long_headed();
+    let limits = LevelLimits::default();
+    let start = TileDecoder::new(&bytes, &limits).unwrap();
+    let (header, ends) = (start.ends().next().unwrap() - start.entries[0].length, start.ends());
+    assert_eq!(start.ends().last(), Some(bytes.len()));
+    let mut decoder = TileDecoder::new(&bytes[..header], &limits).unwrap();
+    assert_eq!(
+        decoder.tile().unwrap_err(),
+        DecodeError::Damaged(progressive::Damaged(0))
+    );
+    for (level, end) in ends.enumerate() {
+        // A byte short of the level, then it and the beginning of the next one.
+        for end in [end - 1, (end + 5).min(bytes.len())] {
+            let there = decoder.bytes_there();
+            if let Some(piece) = bytes.get(there..end) {
+                decoder.add(piece).unwrap();
+            }
+        }
+        assert!(decoder.levels_there() > level);
+        if decoder.levels_there() == level + 1 {
+            assert_same(
+                &decoder.tile().unwrap(),
+                &decode_prefix(&bytes[..end], &limits).unwrap(),
+            );
+        }
+    }
+    assert!(decoder.is_whole());
+    assert_same(&decoder.tile().unwrap(), &decode(&bytes, &limits).unwrap());
+    let more = decoder.add(&[0]).unwrap_err();
+    assert_eq!(
+        more,
+        DecodeError::OutOfRange("the number of bytes after the last level")
+    );
+}
+
+#[test]
+fn a_header_that_is_cut_anywhere_is_told_from_one_that_is_wrong() {
+    let bytes = long_headed();
+    let whole = TileDecoder::new(&bytes, &LevelLimits::default()).unwrap();
+    let start = whole.ends().next().unwrap() - whole.entries[0].length;
+    for length in 0..start {
+        let error = TileDecoder::new(&bytes[..length], &LevelLimits::default()).unwrap_err();
+        assert_eq!(error, DecodeError::Truncated(length));
+    }
+    assert!(TileDecoder::new(&bytes[..start], &LevelLimits::default()).is_ok());
 }

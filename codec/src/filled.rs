@@ -75,11 +75,16 @@ impl Filled {
         self.words[number / IN_WORD] |= 1 << (number % IN_WORD);
     }
 
+    /// A bit a cell, rows from the south and columns from the west, the lowest bit of a byte first; nothing where no cell is filled.
+    #[must_use]
+    pub fn bits(&self) -> Vec<u8> {
+        self.words.iter().flat_map(|word| word.to_le_bytes()).collect()
+    }
+
     /// All bits, compressed by DEFLATE (RFC 1951); at least one cell is filled.
     pub(crate) fn to_bytes(&self) -> Vec<u8> {
-        let bits: Vec<u8> = self.words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
-        let written = encoder.write_all(&bits).and_then(|()| encoder.finish());
+        let written = encoder.write_all(&self.bits()).and_then(|()| encoder.finish());
         written.expect("memory can be written to")
     }
 

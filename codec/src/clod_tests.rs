@@ -6,7 +6,7 @@ use terrain_core::curved::model::CurvedModel;
 use terrain_core::curved::simplify::{Options, simplify};
 
 use super::*;
-use crate::formats::damage;
+use crate::damage;
 
 /// Hills of `2 · side²` patches and their levels; a crease runs through the middle.
 pub(crate) fn hills(side: u32) -> CurvedLevels {

@@ -135,7 +135,3 @@ impl Tile {
         ellipsoid::to_earth_centred(self.geodetic(position))
     }
 }
-
-#[cfg(test)]
-#[path = "tile_fixture_tests.rs"]
-pub(crate) mod fixture;

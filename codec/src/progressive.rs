@@ -158,51 +158,121 @@ pub struct Run<'a> {
     pub level: Level,
 }
 
-/// Decodes levels, of which the last may be cut: what it has whole splits of then is the last level of the partition, with the
-/// error of the one before, though that is certified for the one before only; a cut first level has an infinite one. The vertices of each level come in the order of their splits, and so do the triangles; corners are those of the
-/// finest surface decoded. `boundary_from` is the first of the levels that split vertices of the boundary only.
+/// Decodes levels, of which the last may be cut; see [`LevelsDecoder`]. `boundary_from` is the first of the levels that split vertices
+/// of the boundary only.
 ///
 /// # Errors
 /// The first level whose bytes make no surface of its size, or that is cut before its base ends.
 pub fn decode(start: Start, runs: &[Run], boundary_from: usize, frame: &Frame) -> Result<SurfacePartition, Damaged> {
-    let first = runs.first().ok_or(Damaged(0))?;
-    let mut decoder = Decoder::new(first.bytes, first.is_cut);
-    if start.vertices > first.level.vertex_end || start.triangles > first.level.triangle_end {
-        return Err(Damaged(0));
+    let mut decoder = LevelsDecoder::new(start, boundary_from, frame.clone());
+    for run in runs {
+        decoder.add(run)?;
     }
-    let size = [start.vertices as usize, start.triangles as usize];
-    let read = Base::code(&mut decoder, size, frame.bounds, &Base::default());
-    let mut coder = level_coder(read.ok_or(Damaged(0))?, frame, start.opens_holes);
-    let mut levels = Vec::with_capacity(runs.len());
-    for (index, run) in runs.iter().enumerate() {
-        if index > 0 {
-            decoder = Decoder::new(run.bytes, run.is_cut);
-        }
-        let error = levels.last().map_or(f64::INFINITY, |before: &Level| before.error);
-        levels
-            .push(decode_run(&mut coder, &mut decoder, run, stage(index, boundary_from), error).ok_or(Damaged(index))?);
-    }
-    Ok(SurfacePartition {
-        positions: coder.made_at,
-        blue_positions: coder.blue_positions,
-        representatives: coder.representatives,
-        triangles: coder.surface.triangles().collect(),
-        levels,
-    })
+    decoder.into_partition()
 }
 
-/// Decodes a level; tells what it makes as far as it is there. None if its bytes make no surface of its size.
-fn decode_run(coder: &mut LevelCoder, decoder: &mut Decoder, run: &Run, stage: Stage, error: f64) -> Option<Level> {
-    let splits = (run.level.vertex_end as usize).checked_sub(coder.surface.vertices.len())?;
-    match coder.code(decoder, stage, splits, &mut Unknown) {
-        Err(Fault::Exhausted) if run.is_cut => Some(Level {
-            vertex_end: coder.surface.vertices.len() as u32,
-            triangle_end: coder.surface.triangle_count() as u32,
-            error,
-        }),
-        Ok(()) if coder.surface.triangle_count() == run.level.triangle_end as usize => Some(run.level),
-        _ => None,
+/// Decodes one level after the other.
+#[derive(Debug)]
+pub struct LevelsDecoder {
+    start: Start,
+    boundary_from: usize,
+    frame: Frame,
+    /// None before the first level.
+    coder: Option<LevelCoder>,
+    levels: Vec<Level>,
+}
+
+impl LevelsDecoder {
+    /// Before the first level. `boundary_from` is the first of the levels that split vertices of the boundary only.
+    #[must_use]
+    pub fn new(start: Start, boundary_from: usize, frame: Frame) -> Self {
+        Self {
+            start,
+            boundary_from,
+            frame,
+            coder: None,
+            levels: Vec::new(),
+        }
     }
+
+    /// Decodes the next level. Of one that is cut there is what it has whole splits of, with the error of the one before, though that
+    /// is certified for the one before only; a cut first level has an infinite one. Behind one that is cut there is none.
+    ///
+    /// # Errors
+    /// Where its bytes make no surface of its size, or are cut before the base ends.
+    pub fn add(&mut self, run: &Run) -> Result<(), Damaged> {
+        let index = self.levels.len();
+        let level = self.decode(run).ok_or(Damaged(index))?;
+        self.levels.push(level);
+        Ok(())
+    }
+
+    /// Decodes a level; tells what it makes as far as it is there. None if its bytes make no surface of its size.
+    fn decode(&mut self, run: &Run) -> Option<Level> {
+        let mut decoder = Decoder::new(run.bytes, run.is_cut);
+        let coder = match &mut self.coder {
+            Some(coder) => coder,
+            None => self
+                .coder
+                .insert(first_coder(&mut decoder, self.start, run.level, &self.frame)?),
+        };
+        let splits = (run.level.vertex_end as usize).checked_sub(coder.surface.vertices.len())?;
+        match coder.code(
+            &mut decoder,
+            stage(self.levels.len(), self.boundary_from),
+            splits,
+            &mut Unknown,
+        ) {
+            Err(Fault::Exhausted) if run.is_cut => Some(Level {
+                vertex_end: coder.surface.vertices.len() as u32,
+                triangle_end: coder.surface.triangle_count() as u32,
+                error: self.levels.last().map_or(f64::INFINITY, |before| before.error),
+            }),
+            Ok(()) if coder.surface.triangle_count() == run.level.triangle_end as usize => Some(run.level),
+            _ => None,
+        }
+    }
+
+    /// What has been decoded so far. The vertices of each level come in the order of their splits, and so do the triangles; corners are
+    /// those of the finest surface decoded.
+    ///
+    /// # Errors
+    /// Before the first level.
+    pub fn partition(&self) -> Result<SurfacePartition, Damaged> {
+        let coder = self.coder.as_ref().ok_or(Damaged(0))?;
+        Ok(SurfacePartition {
+            positions: coder.made_at.clone(),
+            blue_positions: coder.blue_positions.clone(),
+            representatives: coder.representatives.clone(),
+            triangles: coder.surface.triangles().collect(),
+            levels: self.levels.clone(),
+        })
+    }
+
+    /// The same, if nothing more comes.
+    ///
+    /// # Errors
+    /// Before the first level.
+    pub fn into_partition(self) -> Result<SurfacePartition, Damaged> {
+        let coder = self.coder.ok_or(Damaged(0))?;
+        Ok(SurfacePartition {
+            positions: coder.made_at,
+            blue_positions: coder.blue_positions,
+            representatives: coder.representatives,
+            triangles: coder.surface.triangles().collect(),
+            levels: self.levels,
+        })
+    }
+}
+
+/// Reads the base, which stands before the splits of the first level.
+fn first_coder(decoder: &mut Decoder, start: Start, level: Level, frame: &Frame) -> Option<LevelCoder> {
+    if start.vertices > level.vertex_end || start.triangles > level.triangle_end {
+        return None;
+    }
+    let size = [start.vertices as usize, start.triangles as usize];
+    let base = Base::code(decoder, size, frame.bounds, &Base::default())?;
+    Some(level_coder(base, frame, start.opens_holes))
 }
 
 fn stage(index: usize, boundary_from: usize) -> Stage {

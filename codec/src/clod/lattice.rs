@@ -3,8 +3,8 @@
 use glam::{DVec3, I64Vec3};
 use integer_encoding::VarInt;
 
-use crate::formats::DecodeError;
-use crate::formats::fields::Fields;
+use crate::DecodeError;
+use crate::fields::Fields;
 
 /// The longest side of a model is divided by two to this at most.
 pub const MOST_BITS: u32 = 38;

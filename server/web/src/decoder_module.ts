@@ -1,0 +1,30 @@
+// The decoder as a compiled module of WebAssembly: fetched once, for this thread and for workers.
+
+let compiled: Promise<WebAssembly.Module> | undefined;
+
+/** Fetches and compiles the decoder; another time only where that failed. */
+export function decoderModule(): Promise<WebAssembly.Module> {
+  compiled ??= compile(new URL("./decoder/terrain_decoder_bg.wasm", import.meta.url)).catch((error: unknown) => {
+    compiled = undefined;
+    throw error;
+  });
+  return compiled;
+}
+
+async function compile(url: URL): Promise<WebAssembly.Module> {
+  return WebAssembly.compile(url.protocol === "file:" ? await fileAt(url) : await bytesAt(url));
+}
+
+/** Whatever type the server says it is of. */
+async function bytesAt(url: URL): Promise<ArrayBuffer> {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`the decoder is not at ${url.pathname} (HTTP ${response.status})`);
+  return response.arrayBuffer();
+}
+
+/** Outside browsers, where files are not fetched. */
+async function fileAt(url: URL): Promise<Uint8Array<ArrayBuffer>> {
+  const module = "node:fs/promises";
+  const { readFile } = (await import(/* @vite-ignore */ module)) as typeof import("node:fs/promises");
+  return new Uint8Array(await readFile(url));
+}
