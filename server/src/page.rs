@@ -27,8 +27,8 @@ pub(crate) async fn embedded(
     };
     let EmbeddedFile { data, metadata } =
         Files::get(path).ok_or_else(|| Failure::NotFound(format!("there is nothing at /{path}")))?;
-    let (content_type, is_text) = content_type(path);
-    let coding = if is_text {
+    let (content_type, is_compressible) = content_type(path);
+    let coding = if is_compressible {
         Coding::accepted(&headers)
     } else {
         Coding::Identity
@@ -51,13 +51,14 @@ pub(crate) async fn embedded(
     Ok(description.respond(&headers, body))
 }
 
-/// And whether it is worth compressing.
+/// What a file is, and whether it is worth compressing.
 fn content_type(path: &str) -> (&'static str, bool) {
     match path.rsplit('.').next() {
         Some("html") => ("text/html; charset=utf-8", true),
         Some("js") => ("text/javascript; charset=utf-8", true),
         Some("css") => ("text/css; charset=utf-8", true),
         Some("json" | "map") => ("application/json", true),
+        Some("wasm") => ("application/wasm", true),
         Some("svg") => ("image/svg+xml", true),
         Some("png") => ("image/png", false),
         Some("ico") => ("image/x-icon", false),

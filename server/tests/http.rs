@@ -32,6 +32,18 @@ async fn health_tilesets_and_page_are_there() {
 }
 
 #[tokio::test]
+async fn the_decoder_of_the_page_is_a_compressed_module() {
+    let assets = fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/web/dist/assets")).unwrap();
+    let mut names = assets.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let module = names.find(|name| name.ends_with(".wasm")).unwrap();
+    let service = Service::new();
+    let accept = [("accept-encoding", "br")];
+    let reply = service.ask("GET", &format!("/assets/{module}"), &accept).await;
+    assert_eq!(reply.header(header::CONTENT_TYPE), "application/wasm");
+    assert_eq!(reply.header(header::CONTENT_ENCODING), "br");
+}
+
+#[tokio::test]
 async fn a_tile_is_measured_in_the_middle_and_ground_around_it() {
     let service = Service::new();
     let reply = service.get("/square/1/0/0.terrain?extensions=measuredtriangles").await;

@@ -1,9 +1,21 @@
 // The decoder in Rust, which decodes here once it is loaded; docs/formats/spt.md and spm.md are the definitions.
 
 import { DecodeError } from "./decode_error.ts";
-import { initSync, type Surface as DecodedSurface } from "./decoder/terrain_decoder.js";
+import { initSync } from "./decoder/terrain_decoder.js";
 import { decoderModule } from "./decoder_module.ts";
 import type { Level, Surface } from "./tile.ts";
+
+/** A surface in the decoder's memory; see `Surface` of `decoder/src/lib.rs`. */
+interface SurfaceInMemory {
+  /** Three numbers a level. */
+  levels(): Float64Array;
+  positions(): Float64Array;
+  representatives(): Uint32Array;
+  corners(): Uint32Array;
+  free(): void;
+}
+
+let isLoaded = false;
 
 /** Loads what decodes; before, nothing can be decoded. */
 export async function loadDecoder(): Promise<void> {
@@ -13,10 +25,12 @@ export async function loadDecoder(): Promise<void> {
 /** The same where the module is there already, as in a worker that it was given to. */
 export function startDecoder(module: WebAssembly.Module): void {
   initSync({ module });
+  isLoaded = true;
 }
 
 /** What a call of the decoder answers; what it throws is a {@link DecodeError}. */
 export function answerOf<T>(call: () => T): T {
+  if (!isLoaded) throw new Error("the decoder is not loaded: await loadDecoder() first");
   try {
     return call();
   } catch (error) {
@@ -24,8 +38,8 @@ export function answerOf<T>(call: () => T): T {
   }
 }
 
-/** The arrays of a surface, taken from the decoder's memory. */
-export function taken(surface: DecodedSurface): Surface {
+/** Takes the arrays of a surface out of the decoder's memory. */
+export function taken(surface: SurfaceInMemory): Surface {
   const arrays = {
     levels: levelsOf(surface.levels()),
     positions: surface.positions(),

@@ -6,11 +6,16 @@ import { DecodeError, HeaderCut } from "../src/decode_error.ts";
 import { loadDecoder } from "../src/decoder.ts";
 import { decodeTile, decodeTilePrefix, TileDecoder } from "../src/spt.ts";
 
-await loadDecoder();
-
 // What was decoded of them when they were written stands beside them.
 const GOLDEN = "../../codec/golden/";
 const SMALL = readFileSync(`${GOLDEN}small_v3.spt`);
+
+test("before the decoder is loaded it says so", () => assert.throws(() => decodeTile(SMALL), /loadDecoder/));
+
+test("the decoder is loaded, and another time, too", async () => {
+  await loadDecoder();
+  await loadDecoder();
+});
 
 test("a tile of the encoder comes back, heights in metres", () => {
   const tile = decodeTile(SMALL);
