@@ -140,7 +140,7 @@ const ARITHMETIC: [&str; 20] = [
 ];
 
 /// What `codec` may use besides: whatever it runs in, a browser too, has to have it.
-const OF_CODEC: [&str; 4] = ["flate2", "integer_encoding", "std::io", "terrain_core"];
+const OF_CODEC: [&str; 5] = ["flate2", "integer_encoding", "std::io", "std::num", "terrain_core"];
 
 /// The wings of `core` and what each may use besides itself, as `core/src/lib.rs` draws it.
 const WINGS: [(&str, &[&str]); 8] = [

@@ -1,14 +1,14 @@
 // How many triangles a flight would draw if tiles were refined inside, by the graph of their vertex splits (the papers' local
-// refinement), beside the tiles' levels that are drawn. No test: `npm run package`, then
+// refinement), beside the tiles' levels that are drawn. No test: `npm run test:unit`, then
 // node test/cuts.mjs ARCHIVE FLIGHT [PIXELS], FLIGHT being one of flights.mjs.
 
 import { open } from "node:fs/promises";
 import { Frustum, MathUtils, PerspectiveCamera, Vector3 } from "three";
 import { PMTiles } from "pmtiles";
-import { decodeTile, Frame, interiorLevels, keyOf, loadDecoder, select, Sight, tileBounds, triangleCount } from "../lib/index.js";
-import { degreesOf } from "../lib/address.js";
-import { CollapsingSurface, collapseGraph } from "../lib/collapse_graph.js";
-import { TileStore } from "../lib/tile_store.js";
+import { decodeTile, Frame, interiorLevels, keyOf, loadDecoder, select, Sight, tileBounds, triangleCount } from "../node_modules/.unit/src/index.js";
+import { degreesOf } from "../node_modules/.unit/src/address.js";
+import { CollapsingSurface, collapseGraph } from "../node_modules/.unit/src/collapse_graph.js";
+import { TileStore } from "../node_modules/.unit/src/tile_store.js";
 import { between, FLIGHTS, FRAMES, VIEWPORT } from "./flights.mjs";
 
 const [path, flight, pixels = "2"] = process.argv.slice(2);
@@ -79,7 +79,7 @@ function cameraAt({ longitude, latitude, height, azimuth, down }) {
   camera.updateMatrixWorld();
   camera.updateProjectionMatrix();
   const { planes } = new Frustum().setFromProjectionMatrix(camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse));
-  return { eye: camera.position, pixelsPerRadian: VIEWPORT.height / (2 * Math.tan(Math.PI / 8)), frustum: planes, ground: undefined };
+  return { eye: camera.position, pixelsPerRadian: VIEWPORT.height / (2 * Math.tan(Math.PI / 8)), frustum: planes, ground: undefined, farthest: Infinity };
 }
 
 /** What is drawn once all is loaded. */
