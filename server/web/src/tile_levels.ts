@@ -109,7 +109,7 @@ export class TileLevels {
     this.showCollapses();
   }
 
-    private find(address: Address): void {
+  private find(address: Address): void {
     const drawn = this.viewer.drawnTile(address);
     if (drawn === undefined) return;
     this.shown = { ...drawn, graph: collapseGraph(drawn.tile, drawn.tile.levels[0]!.vertexEnd) };
