@@ -28,6 +28,7 @@ declare global {
     terrain: {
       stats(): Stats | undefined;
       settled(): Promise<void>;
+      rested(): Promise<void>;
       setMaxPixels(pixels: number): void;
       setWireframe(visible: boolean): void;
       flyTo: Viewer["flyTo"];
@@ -135,6 +136,7 @@ async function start(): Promise<void> {
   window.terrain = {
     stats: () => views.main.stats(),
     settled: async () => void (await Promise.all(views.all.map((viewer) => viewer.settled()))),
+    rested: async () => void (await Promise.all(views.all.map((viewer) => viewer.rested()))),
     setMaxPixels: (pixels) => hud.set("pixels", pixels),
     setWireframe: (visible) => hud.set("wireframe", visible),
     pose: () => views.main.pose,

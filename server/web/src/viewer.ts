@@ -46,6 +46,7 @@ export class Viewer {
   private isFlying = false;
   private lastFrame = 0;
   private waiting: (() => void)[] = [];
+  private waitingForRest: (() => void)[] = [];
   private mostPolarAngle = Math.PI;
 
   /** `onFrame` is called after each frame that was drawn. */
@@ -280,6 +281,14 @@ export class Viewer {
     });
   }
 
+  /** Resolves once the view has rested for a while, and has the finer light that it then gets. */
+  rested(): Promise<void> {
+    return new Promise((resolve) => {
+      this.waitingForRest.push(resolve);
+      this.redraw();
+    });
+  }
+
   /** Draws a frame, for something in the scene has changed. */
   redraw(): void {
     this.needsFrame = true;
@@ -345,6 +354,7 @@ export class Viewer {
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
     if (this.layer?.isSettled === true) this.waiting.splice(0).forEach((resolve) => resolve());
+    if (this.layer?.isFinished === true) this.waitingForRest.splice(0).forEach((resolve) => resolve());
   }
 
   /** The controls' target goes to the ground in the middle of the view, which stays as it is. */
