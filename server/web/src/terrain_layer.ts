@@ -92,6 +92,8 @@ const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
 /** A view that has all it needs, and has not moved for so long, gets finer light. */
 const REST_MILLISECONDS = 500;
+/** Shares of the picture, and of distances, that are no move. */
+const SAME = 1e-7;
 /** Metres: no ground is lower. */
 const BELOW_ALL = -1e9;
 /** From afar, colours tell heights that cover no pixel: errors count as if all heights together covered so many at least. */
@@ -353,8 +355,10 @@ export class TerrainLayer {
    */
   update(from: THREE.PerspectiveCamera, pixelsHigh: number, now: number): void {
     const camera = this.seenFrom(from, pixelsHigh);
-    if (!camera.view.equals(this.view)) this.leaveRest();
-    this.view.copy(camera.view);
+    if (!isSameView(camera.view, this.view)) {
+      this.view.copy(camera.view);
+      this.leaveRest();
+    }
     const elapsed = now - this.lastUpdate;
     this.lastUpdate = now;
     this.advanceBlend(elapsed);
@@ -561,6 +565,11 @@ export class TerrainLayer {
     const pixels = seen.map((moved) => largestMotion(this.store.get(moved.address)!.tile, moved, scale));
     return this.settings.maxPixels / Math.max(...pixels, 1e-6);
   }
+}
+
+/** But for what an orbit rounds, which computes its place anew in each frame. */
+function isSameView(one: THREE.Matrix4, other: THREE.Matrix4): boolean {
+  return one.elements.every((element, at) => Math.abs(element - other.elements[at]!) <= SAME * (1 + Math.abs(element)));
 }
 
 /** Of the picture, at a distance of 1. */
