@@ -96,7 +96,9 @@ function turned(page, frames) {
       let before;
       await frame();
       for (let at = 0; at < frames; at++) {
-        window.terrain.setPose({ ...pose, azimuth: pose.azimuth + 0.004 * at });
+        // The first picture is that of before; to ask whether it is settled draws it.
+        if (at === 0) void window.terrain.settled();
+        else window.terrain.setPose({ ...pose, azimuth: pose.azimuth + 0.004 * at });
         // In the frame that drew it: afterwards the canvas is empty.
         await frame();
         context.drawImage(canvas, -clip.x, -clip.y);
@@ -121,10 +123,11 @@ function meanChange(one, other) {
 test("light does not jump while the view moves: finer light stays, and what comes then waits for the next rest", async () => {
   let isSlow = false;
   const { page, asked } = await opened(() => isSlow && new Promise((resolve) => setTimeout(resolve, 250)));
-  const coarse = await pixelsOf(page, CLIP);
   isSlow = true;
   const first = asked.length;
-  while (asked.length === first) await page.waitForTimeout(20);
+  const coming = page.waitForRequest("**/gradients/**", { timeout: 20_000 });
+  const coarse = await pixelsOf(page, CLIP);
+  await coming;
   const whileItComes = await turned(page, 40);
   const there = asked.length;
   await page.evaluate(() => window.terrain.rested());
