@@ -5,7 +5,8 @@ export { listTilesets } from "./server_tilesets.ts";
 export { checkedMetadata, datumOf, heightsAbove, isLocal } from "./tileset.ts";
 export type { Metadata, Tileset, TileSource, Zoom } from "./tileset.ts";
 
-export { Viewer, type Pose } from "./viewer.ts";
+export { Viewer } from "./viewer.ts";
+export type { Pose } from "./pose.ts";
 export { DEFAULT_SETTINGS, TerrainLayer, type Stats, type TerrainSettings } from "./terrain_layer.ts";
 export type { Imagery } from "./imagery.ts";
 export { STYLES } from "./shaders.ts";

@@ -13,12 +13,13 @@ import { Elsewhere } from "./elsewhere.ts";
 import * as hud from "./hud.ts";
 import { PLANE_METRES } from "./local_ground.ts";
 import { Measuring } from "./measuring.ts";
+import type { Pose } from "./pose.ts";
 import type { Stats } from "./terrain_layer.ts";
 import { listTilesets } from "./server_tilesets.ts";
 import { linkOf, readLink } from "./share.ts";
 import { TileLevels } from "./tile_levels.ts";
 import { datumOf, isLocal, type Tileset } from "./tileset.ts";
-import type { Pose, Viewer } from "./viewer.ts";
+import type { Viewer } from "./viewer.ts";
 import { Views } from "./views.ts";
 
 declare global {
@@ -27,6 +28,7 @@ declare global {
     terrain: {
       stats(): Stats | undefined;
       settled(): Promise<void>;
+      rested(): Promise<void>;
       setMaxPixels(pixels: number): void;
       setWireframe(visible: boolean): void;
       flyTo: Viewer["flyTo"];
@@ -34,6 +36,7 @@ declare global {
       setPose(pose: Pose): void;
       besidePose(): Pose | undefined;
       groundAt: Viewer["groundAt"];
+      pixelOf: Viewer["pixelOf"];
       metresAboveGround(): number | undefined;
     };
   }
@@ -84,7 +87,7 @@ async function start(): Promise<void> {
     const middle = viewer.groundAt(0, 0);
     hud.showStats(stats, middle);
     hud.showColours(views);
-    hud.showBearings(middle && viewer.metresPerPixel(middle.distance), viewer.pose?.azimuth ?? 0);
+    hud.showBearings(middle && viewer.metresPerPixel(middle.distance), viewer.bearing ?? 0);
     hud.showLoading(views.all.some(({ isLoading }) => isLoading));
     hud.showMessage(views.all.map(({ failure }) => failure).find((failure) => failure !== undefined) ?? linkFault);
     elsewhere.frameWasDrawn();
@@ -133,12 +136,14 @@ async function start(): Promise<void> {
   window.terrain = {
     stats: () => views.main.stats(),
     settled: async () => void (await Promise.all(views.all.map((viewer) => viewer.settled()))),
+    rested: async () => void (await Promise.all(views.all.map((viewer) => viewer.rested()))),
     setMaxPixels: (pixels) => hud.set("pixels", pixels),
     setWireframe: (visible) => hud.set("wireframe", visible),
     pose: () => views.main.pose,
     setPose: (pose) => views.steer().setPose(pose),
     besidePose: () => views.beside?.pose,
     groundAt: (x, y) => views.main.groundAt(x, y),
+    pixelOf: (place) => views.main.pixelOf(place),
     metresAboveGround: () => views.main.metresAboveGround(),
     flyTo: (...place) => views.steer().flyTo(...place),
   };

@@ -6,28 +6,37 @@ import { SquareRasters, type RasterOrder, type SquareRaster } from "./square_ras
 import type { TileSource } from "./tileset.ts";
 
 /** Along a side of a raster as it is drawn; as it comes, there are half as many. */
-const CELLS = 256;
-/** 256 rasters, a normal at each corner of their cells, of four bytes each. */
-const MOST_BYTES = 256 * (CELLS + 1) ** 2 * 4;
+export const CELLS = 256;
+/** Kept of tiles' own; finer light may take as much again. */
+const MOST_RASTERS = 128;
 /** What a cell may cover on the screen. */
 const MOST_PIXELS = 2;
 
 /** The normals that a source has; none where it has none. */
-export function normalsOf({ normals }: TileSource, onLoad: () => void): SquareRasters<SquareRaster> {
-  const load = async ({ address, ask, signal }: RasterOrder) => {
+export function normalsOf(source: TileSource, onLoad: () => void): SquareRasters<SquareRaster> {
+  return new SquareRasters({ load: rasterLoader(source), parallelSquares: 2, parallelRequests: 2, mostBytes: rasterBytes(MOST_RASTERS) }, onLoad);
+}
+
+/** Gets the raster of a square. */
+export function rasterLoader({ normals }: TileSource): (order: RasterOrder) => Promise<SquareRaster | undefined> {
+  return async ({ address, ask, signal }) => {
     const file = normals && (await ask(() => normals(address, signal)));
-    return file && { texture: await decodeNormals(file), bytesLoaded: file.size, bytesKept: (CELLS + 1) ** 2 * 4 };
+    return file && { texture: await decodeNormals(file), bytesLoaded: file.size, bytesKept: rasterBytes(1) };
   };
-  return new SquareRasters({ load, parallelSquares: 2, parallelRequests: 2, mostBytes: MOST_BYTES }, onLoad);
+}
+
+/** Of so many rasters: a normal at each corner of their cells, of four bytes each. */
+export function rasterBytes(count: number): number {
+  return count * (CELLS + 1) ** 2 * 4;
 }
 
 /**
- * Whose raster is fine enough for a square that is so many pixels wide on the screen: its own, or that of a square above, which has four,
- * sixteen, … squares in as many bytes.
+ * Whose raster is fine enough for a square that is so many pixels wide on the screen, if a cell may cover so many: its own, or that of a
+ * square above, which has four, sixteen, … squares in as many bytes.
  */
-export function squareForLight(address: Address, pixels: number): Address {
-  const isFine = pixels <= (MOST_PIXELS * CELLS) / 2;
-  return isFine && address.zoom > 0 ? squareForLight(parentOf(address), 2 * pixels) : address;
+export function squareForLight(address: Address, pixels: number, mostPixels = MOST_PIXELS): Address {
+  const isFine = pixels <= (mostPixels * CELLS) / 2;
+  return isFine && address.zoom > 0 ? squareForLight(parentOf(address), 2 * pixels, mostPixels) : address;
 }
 
 async function decodeNormals(file: Blob): Promise<THREE.DataTexture> {
@@ -37,8 +46,12 @@ async function decodeNormals(file: Blob): Promise<THREE.DataTexture> {
   const { data, width } = context.getImageData(0, 0, image.width, image.height);
   const greys = new Uint8Array(data.length / 4);
   for (let pixel = 0; pixel < greys.length; pixel++) greys[pixel] = data[4 * pixel]!;
-  const side = 2 * width - 1;
-  const texture = new THREE.DataTexture(normalTexels(greys, width), side, side, THREE.RGFormat, THREE.HalfFloatType);
+  return normalsTexture(normalTexels(greys, width), 2 * width - 1, 2 * width - 1);
+}
+
+/** Of the parts to the east and to the north, as half floats, rows from the south. */
+export function normalsTexture(texels: Uint16Array<ArrayBuffer>, width: number, height: number): THREE.DataTexture {
+  const texture = new THREE.DataTexture(texels, width, height, THREE.RGFormat, THREE.HalfFloatType);
   texture.minFilter = texture.magFilter = THREE.LinearFilter;
   texture.needsUpdate = true;
   return texture;

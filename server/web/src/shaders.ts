@@ -58,9 +58,6 @@ export const TERRAIN_VERTEX = /* glsl */ `
   }
 `;
 
-/** Texels along a side of the normals of a square: the corners of 256 cells. */
-const NORMALS_SIZE = 257;
-
 /** What colours mean, in the order of the shader's numbers. */
 export const STYLES = ["Elevation", "Hillshade", "Slope", "Certified error", "Imagery"] as const;
 
@@ -78,6 +75,12 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
   uniform float certifiedError;
   uniform sampler2D normals;
   uniform vec3 normalsPlace;
+  // Finer ones of a part of the square: how wide the square is in them, and where its south-west corner is.
+  uniform sampler2D finerNormals;
+  uniform vec4 finerPlace;
+  // Of its west, south, east and north side: 1 where it ends with the square; and how much of it is seen.
+  uniform vec4 finerEnds;
+  uniform float finerShare;
   uniform sampler2D picture;
   uniform vec3 picturePlace;
   // Latitude of the base, and from there to the end of the scheme, radians; mercator units of the picture's bottom above the base, and its height.
@@ -115,10 +118,27 @@ export const TERRAIN_FRAGMENT = /* glsl */ `
     return line * smoothstep(0.0, 0.01, width) * (1.0 - smoothstep(0.06, 0.22, width));
   }
 
-  // East and north rises of the ground by the raster of normals.
+  // At a place of a raster that has texels at the corners of its cells.
+  vec2 normalAt(sampler2D raster, vec2 place) {
+    vec2 corners = vec2(textureSize(raster, 0));
+    return texture(raster, (place * (corners - 1.0) + 0.5) / corners).xy;
+  }
+
+  // Of finer normals, 0 outside, and from there to 1 within so many cells where they end inside the square.
+  float finerPart(vec2 place) {
+    vec2 cells = vec2(textureSize(finerNormals, 0)) / 16.0;
+    vec4 inside = vec4(place * cells, (1.0 - place) * cells);
+    vec4 parts = max(clamp(inside, 0.0, 1.0), finerEnds);
+    return finerShare * min(min(parts.x, parts.y), min(parts.z, parts.w));
+  }
+
+  // East and north rises of the ground by the rasters of normals.
   vec2 rises() {
-    vec2 place = square * normalsPlace.x + normalsPlace.yz;
-    vec2 normal = texture(normals, (place * 256.0 + 0.5) / float(${NORMALS_SIZE})).xy;
+    vec2 normal = normalAt(normals, square * normalsPlace.x + normalsPlace.yz);
+    if (finerShare > 0.0) {
+      vec2 place = square * finerPlace.xy + finerPlace.zw;
+      normal = mix(normal, normalAt(finerNormals, place), finerPart(place));
+    }
     return -normal / sqrt(max(1.0 - dot(normal, normal), 0.01));
   }
 

@@ -2,8 +2,10 @@
 
 import * as THREE from "three";
 import { degreesOf, keyOf, type Address } from "./address.ts";
+import { CLOCK } from "./circuit_breaker.ts";
 import { colourScaleOf, type ColourScale } from "./colour_scale.ts";
 import { isFilled } from "./filled.ts";
+import { FinerLight } from "./finer_light.ts";
 import { Frame, tileBounds } from "./frame.ts";
 import { COARSEST_DETAIL, finestDetail, triangleCount, type Detail } from "./partition.ts";
 import { select, type Choice, type Selection } from "./select.ts";
@@ -11,7 +13,7 @@ import { Sight, type Camera, type Ellipsoid } from "./sight.ts";
 import { geographic, raised, type GroundPoint, type Hit } from "./ground.ts";
 import { largestMotion, Morph, type Moving } from "./morph.ts";
 import { detailFor, imageryFault, picturesOf, type Imagery, type Picture } from "./imagery.ts";
-import { normalsOf, squareForLight } from "./normals.ts";
+import { normalsOf, rasterLoader, squareForLight } from "./normals.ts";
 import { STYLES } from "./shaders.ts";
 import type { SquareRaster, SquareRasters } from "./square_rasters.ts";
 import { distanceTo, solidAngle, type OrientedBox } from "./oriented_box.ts";
@@ -88,6 +90,10 @@ const [SHORTEST_BLEND_MILLISECONDS, LONGEST_BLEND_MILLISECONDS] = [250, 1000];
 /** What may be drawn at once, and how much finer than asked a picture has to be before a coarser one takes its place. */
 const BUDGET = { triangles: 4e6, bytes: CACHE_BYTES, keep: 0.8 };
 const CONTOURS_PER_RANGE = 25;
+/** A view that has all it needs, and has not moved for so long, gets finer light. */
+const REST_MILLISECONDS = 500;
+/** Shares of the picture, and of distances, that are no move. */
+const SAME = 1e-7;
 /** Metres: no ground is lower. */
 const BELOW_ALL = -1e9;
 /** From afar, colours tell heights that cover no pixel: errors count as if all heights together covered so many at least. */
@@ -121,6 +127,7 @@ export class TerrainLayer {
   private readonly store: TileStore;
   private readonly morph = new Morph<Choice>((address) => this.store.get(address));
   private readonly normals: SquareRasters<SquareRaster>;
+  private readonly finerLight: FinerLight;
   private pictures: SquareRasters<Picture> | undefined;
   private settings = DEFAULT_SETTINGS;
   private alone: Choice | undefined;
@@ -129,6 +136,10 @@ export class TerrainLayer {
   private drawn = new Map<string, Drawn>();
   private blend = { share: 1, step: 1, isRunning: false };
   private lastUpdate = 0;
+  /** What the camera makes of the frame, and whether it has been the same for a while, with all that it needs. */
+  private readonly view = new THREE.Matrix4();
+  private isAtRest = false;
+  private cancelRest: (() => void) | undefined;
   /** Whether something has changed since tiles were asked for, and since the picture was chosen. */
   private isStale = true;
   private isPictureStale = true;
@@ -162,6 +173,7 @@ export class TerrainLayer {
     this.ownColours = colourScaleOf(tileset.metadata);
     this.setColours();
     this.normals = normalsOf(tileset.source, () => this.invalidate());
+    this.finerLight = new FinerLight(rasterLoader(tileset.source), this.normals, () => this.invalidate());
     this.store = new TileStore(tileset, this.frame, this.uniforms, () => this.invalidate());
   }
 
@@ -174,9 +186,14 @@ export class TerrainLayer {
     return STYLES[this.settings.style] === "Imagery" ? this.pictures : undefined;
   }
 
-  /** Whether nothing will change until the view does. */
+  /** Whether nothing will change until the view does, but for the light of a view that rests. */
   get isSettled(): boolean {
     return !this.isPictureStale && !this.blend.isRunning && !this.isLoading;
+  }
+
+  /** Whether the view has come to rest, and all finer light is in it that there is. */
+  get isFinished(): boolean {
+    return this.isSettled && this.isAtRest && !this.finerLight.isLoading && !this.finerLight.isFading;
   }
 
   /** Whether something that the view needs is not here yet. */
@@ -338,14 +355,22 @@ export class TerrainLayer {
    */
   update(from: THREE.PerspectiveCamera, pixelsHigh: number, now: number): void {
     const camera = this.seenFrom(from, pixelsHigh);
-    this.advanceBlend(now);
+    if (!isSameView(camera.view, this.view)) {
+      this.view.copy(camera.view);
+      this.leaveRest();
+    }
+    const elapsed = now - this.lastUpdate;
+    this.lastUpdate = now;
+    this.advanceBlend(elapsed);
+    if (this.finerLight.isFading) this.fadeLight(elapsed);
     const sight = new Sight(camera);
     if (this.isStale || (this.isPictureStale && !this.blend.isRunning)) this.reselect(camera, sight);
     for (const { address } of this.drawn.values()) {
       const object = this.store.get(address)?.mesh.object;
       if (object !== undefined) object.visible = sight.sees(this.store.bounds(address));
     }
-    if (this.blend.isRunning) this.onChange();
+    if (this.blend.isRunning || this.finerLight.isFading) this.onChange();
+    if (this.isSettled && !this.isAtRest) this.cancelRest ??= CLOCK.after(REST_MILLISECONDS, () => this.rest());
   }
 
   stats(): Stats {
@@ -361,20 +386,22 @@ export class TerrainLayer {
       zooms: zooms.length > 0 ? [Math.min(...zooms), Math.max(...zooms)] : undefined,
       error: choices.reduce((worst, { error }) => Math.max(worst, error), 0),
       bytes: this.store.bytesLoaded,
-      normalsBytes: this.normals.bytesLoaded,
+      normalsBytes: this.normals.bytesLoaded + this.finerLight.bytesLoaded,
       imageryBytes: this.pictures?.bytesLoaded ?? 0,
     };
   }
 
   dispose(): void {
+    this.leaveRest();
     this.store.close();
+    this.finerLight.close();
     this.normals.close();
     this.pictures?.close();
     this.group.clear();
   }
 
   /** What the selection knows of a camera, in the frame. */
-  private seenFrom(from: THREE.PerspectiveCamera, pixelsHigh: number): Camera {
+  private seenFrom(from: THREE.PerspectiveCamera, pixelsHigh: number): Camera & { readonly view: THREE.Matrix4 } {
     from.updateMatrixWorld();
     this.group.updateWorldMatrix(true, false);
     const toFrame = this.group.matrixWorld.clone().invert();
@@ -387,12 +414,23 @@ export class TerrainLayer {
       farthest: (Math.max(highest - lowest, 1) * pixelsPerRadian) / LEAST_PIXELS_OF_HEIGHTS,
       frustum: new THREE.Frustum().setFromProjectionMatrix(toClip).planes,
       ground: this.ground,
+      view: toClip,
     };
   }
 
-  private advanceBlend(now: number): void {
-    const elapsed = now - this.lastUpdate;
-    this.lastUpdate = now;
+  private rest(): void {
+    this.cancelRest = undefined;
+    this.isAtRest = true;
+    this.invalidate();
+  }
+
+  private leaveRest(): void {
+    this.isAtRest = false;
+    this.cancelRest?.();
+    this.cancelRest = undefined;
+  }
+
+  private advanceBlend(elapsed: number): void {
     if (!this.blend.isRunning) return;
     const step = Math.max(this.blend.step, elapsed / LONGEST_BLEND_MILLISECONDS);
     this.blend.share = Math.min(1, this.blend.share + Math.min(elapsed / SHORTEST_BLEND_MILLISECONDS, step));
@@ -426,6 +464,7 @@ export class TerrainLayer {
     if (this.settings.detailedLight && this.tileset.source.normals !== undefined) {
       const lit = seen.map(({ address }) => squareForLight(address, this.meanPixelsAcross(address, camera)));
       this.normals.request(lit.map((address) => ({ address, detail: 0 })));
+      if (this.isAtRest && !this.normals.isLoading) this.refineLight(seen, camera, sight);
     }
     this.shownPictures?.request(seen.map(({ address }) => ({ address, detail: detailFor(this.pixelsAcross(address, camera), address) })));
   }
@@ -436,6 +475,29 @@ export class TerrainLayer {
     const levels = this.store.allLevels(address).length;
     const isThere = this.store.levelsThere(address) === levels;
     return isThere ? { choices: [choice], requests: [] } : { choices: [...this.shown.values()], requests: [{ address, levels }] };
+  }
+
+  private refineLight(tiles: readonly Choice[], camera: Camera, sight: Sight): void {
+    const isThere = this.finerLight.load(
+      tiles.map(({ address }) => address),
+      {
+        pixels: (square) => (this.isNear(square, camera) ? this.pixelsAcross(square, camera) : this.meanPixelsAcross(square, camera)),
+        isInSight: (square) => sight.sees(this.store.bounds(square)),
+        exists: (square) => this.store.exists(square),
+      },
+    );
+    if (isThere) this.putInScene();
+  }
+
+  private fadeLight(elapsed: number): void {
+    this.finerLight.fade(elapsed);
+    for (const { address } of this.drawn.values()) this.meshOf(address).setFinerNormals(this.finerLight.patchOf(address));
+  }
+
+  /** Whether a tile's parts are at distances so different that there is no mean of them. */
+  private isNear(address: Address, { eye }: Camera): boolean {
+    const box = this.store.bounds(address);
+    return distanceTo(box, eye) < 2 * box.halfSizes[1];
   }
 
   /** Pixels that a tile's side covers where it is nearest; those of the exaggeration do not count. */
@@ -476,12 +538,15 @@ export class TerrainLayer {
 
   private putInScene(): void {
     this.group.clear();
+    const { detailedLight } = this.settings;
+    this.finerLight.place(detailedLight ? [...this.drawn.values()].map(({ address }) => address) : [], this.isAtRest);
     for (const { address, error } of this.drawn.values()) {
       const mesh = this.meshOf(address);
       this.group.add(mesh.object);
       mesh.setWireframe(this.settings.wireframe);
       mesh.setError(error);
-      mesh.setNormals(this.settings.detailedLight ? this.normals.finest(address) : undefined);
+      mesh.setNormals(detailedLight ? this.normals.finest(address) : undefined);
+      mesh.setFinerNormals(this.finerLight.patchOf(address));
       mesh.setPicture(this.pictures?.finest(address));
     }
   }
@@ -500,6 +565,11 @@ export class TerrainLayer {
     const pixels = seen.map((moved) => largestMotion(this.store.get(moved.address)!.tile, moved, scale));
     return this.settings.maxPixels / Math.max(...pixels, 1e-6);
   }
+}
+
+/** But for what an orbit rounds, which computes its place anew in each frame. */
+function isSameView(one: THREE.Matrix4, other: THREE.Matrix4): boolean {
+  return one.elements.every((element, at) => Math.abs(element - other.elements[at]!) <= SAME * (1 + Math.abs(element)));
 }
 
 /** Of the picture, at a distance of 1. */

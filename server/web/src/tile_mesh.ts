@@ -6,6 +6,7 @@ import { degreesOf, type Address } from "./address.ts";
 import { tileBounds, type Frame } from "./frame.ts";
 import { firstHit, raised, type Hit } from "./ground.ts";
 import { FILLED_CELLS, filledTexels } from "./filled.ts";
+import type { LightPatch } from "./finer_light.ts";
 import { drawnPrefix, isSameDetail, placesOf, type Detail } from "./partition.ts";
 import { movingPrefix, type Moving, type ShownTile } from "./morph.ts";
 import { TERRAIN_FRAGMENT, TERRAIN_VERTEX, TEXTURE_WIDTH, WIRE_FRAGMENT } from "./shaders.ts";
@@ -76,6 +77,10 @@ export class TileMesh {
   private readonly certifiedError = { value: 0 };
   private readonly normals: THREE.IUniform<THREE.Texture | null> = { value: null };
   private readonly normalsPlace = { value: new THREE.Vector3(0, 0, 0) };
+  private readonly finerNormals: THREE.IUniform<THREE.Texture | null> = { value: null };
+  private readonly finerPlace = { value: new THREE.Vector4(0, 0, 0, 0) };
+  private readonly finerEnds = { value: new THREE.Vector4(0, 0, 0, 0) };
+  private readonly finerShare = { value: 0 };
   private readonly picture: THREE.IUniform<THREE.Texture | null> = { value: null };
   private readonly picturePlace = { value: new THREE.Vector3(0, 0, 0) };
   private readonly pictureRows = { value: new THREE.Vector4(0, 0, 0, 1) };
@@ -114,6 +119,10 @@ export class TileMesh {
       certifiedError: this.certifiedError,
       normals: this.normals,
       normalsPlace: this.normalsPlace,
+      finerNormals: this.finerNormals,
+      finerPlace: this.finerPlace,
+      finerEnds: this.finerEnds,
+      finerShare: this.finerShare,
       picture: this.picture,
       picturePlace: this.picturePlace,
       pictureRows: this.pictureRows,
@@ -166,6 +175,15 @@ export class TileMesh {
   setNormals(found: RasterPlace<SquareRaster> | undefined): void {
     this.normals.value = found?.raster.texture ?? null;
     this.normalsPlace.value.set(found?.size ?? 0, found?.x ?? 0, found?.y ?? 0);
+  }
+
+  /** Of a part of the tile light is finer. */
+  setFinerNormals(patch: LightPatch | undefined): void {
+    this.finerNormals.value = patch?.texture ?? null;
+    this.finerShare.value = patch?.share.value ?? 0;
+    if (patch === undefined) return;
+    this.finerPlace.value.set(patch.size.x, patch.size.y, patch.corner.x, patch.corner.y);
+    this.finerEnds.value.copy(patch.ends);
   }
 
   /** The ground is coloured by a picture, if there is one. */

@@ -7,6 +7,7 @@ import { fitToCanvas } from "./canvas.ts";
 import type { ColourScale } from "./colour_scale.ts";
 import { FlyControls } from "./fly_controls.ts";
 import { geographic, type GroundPoint } from "./ground.ts";
+import { bearingOf, lookOf, turnOf, type Axes, type Look, type Pose } from "./pose.ts";
 import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.ts";
 import { tileDecoders } from "./tile_decoders.ts";
 import type { ContourPiece } from "./tile_mesh.ts";
@@ -23,14 +24,14 @@ const CLEARANCE = 2;
 const FROM_ABOVE = 50_000;
 /** Pixels that an arrow key moves the view, and how much nearer + brings it. */
 const [KEY_PIXELS, KEY_ZOOM] = [40, 0.8];
-/** Where a view is: degrees and metres of the eye, degrees from north to the east, and down from the level. */
-export interface Pose {
-  readonly longitude: number;
-  readonly latitude: number;
-  readonly height: number;
-  readonly azimuth: number;
-  readonly down: number;
-}
+/** Degrees from straight down that the orbit goes around ground which is nearly a plane. */
+const MOST_POLAR_DEGREES = 89;
+/** Radians from straight down and up that the orbit keeps, so that it has what is up in the picture. */
+const LEAST_POLAR_ANGLE = 1e-6;
+/** The sine of an angle from the orbit's axis: nearer, what is ahead tells too little of what is up in the picture. */
+const ALONG_AXIS = 0.03;
+/** Around whose up the orbit turns. */
+const SCENE: Axes = { east: new THREE.Vector3(1, 0, 0), north: new THREE.Vector3(0, 1, 0), up: new THREE.Vector3(0, 0, 1) };
 
 /** Shows one tileset at a time on a canvas. */
 export class Viewer {
@@ -45,6 +46,8 @@ export class Viewer {
   private isFlying = false;
   private lastFrame = 0;
   private waiting: (() => void)[] = [];
+  private waitingForRest: (() => void)[] = [];
+  private mostPolarAngle = Math.PI;
 
   /** `onFrame` is called after each frame that was drawn. */
   constructor(
@@ -56,7 +59,7 @@ export class Viewer {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, logarithmicDepthBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    this.camera.up.set(0, 0, 1);
+    this.camera.up.copy(SCENE.up);
     this.scene.add(skyMesh());
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.zoomToCursor = true;
@@ -80,7 +83,7 @@ export class Viewer {
     this.layer.set(this.settings);
     this.scene.add(this.layer.group);
     // Of most of the Earth, the far side has its ground above the eye.
-    this.orbit.maxPolarAngle = isGlobe(tileset.metadata) ? Math.PI : THREE.MathUtils.degToRad(89);
+    this.mostPolarAngle = isGlobe(tileset.metadata) ? Math.PI : THREE.MathUtils.degToRad(MOST_POLAR_DEGREES);
     this.lookAtAll();
   }
 
@@ -168,8 +171,8 @@ export class Viewer {
   }
 
   /** Pixels of the canvas, from its top left, where a place in the scene is seen; undefined behind the eye. */
-  pixelOf(place: THREE.Vector3): readonly [number, number] | undefined {
-    const seen = place.clone().applyMatrix4(this.camera.matrixWorldInverse);
+  pixelOf(place: THREE.Vector3Like): readonly [number, number] | undefined {
+    const seen = new THREE.Vector3().copy(place).applyMatrix4(this.camera.matrixWorldInverse);
     if (seen.z >= 0) return undefined;
     const { x, y } = seen.applyMatrix4(this.camera.projectionMatrix);
     return [((x + 1) / 2) * this.canvas.clientWidth, ((1 - y) / 2) * this.canvas.clientHeight];
@@ -203,33 +206,28 @@ export class Viewer {
     return (2 * distance * Math.tan(THREE.MathUtils.degToRad(FIELD_OF_VIEW_DEGREES / 2))) / this.canvas.clientHeight;
   }
 
-  get pose(): Pose | undefined {
-    if (this.layer === undefined) return undefined;
-    const { longitude, latitude } = geographic(this.layer.frame, this.camera.position);
-    const { east, north, up } = this.layer.frame.axesAt(longitude, latitude);
-    const height = this.camera.position.clone().sub(this.layer.frame.position(longitude, latitude, 0)).dot(up);
-    const ahead = this.camera.getWorldDirection(new THREE.Vector3());
-    const azimuth = (THREE.MathUtils.radToDeg(Math.atan2(ahead.dot(east), ahead.dot(north))) + 360) % 360;
-    const down = THREE.MathUtils.radToDeg(Math.asin(THREE.MathUtils.clamp(-ahead.dot(up), -1, 1)));
-    return { longitude, latitude, height, azimuth, down };
+  get pose(): Required<Pose> | undefined {
+    const place = this.eyePlace();
+    return place && { longitude: place.longitude, latitude: place.latitude, height: place.height, ...turnOf(this.look(), place.axes) };
+  }
+
+  /** Degrees from north to the east of what is upwards in the picture. */
+  get bearing(): number | undefined {
+    const place = this.eyePlace();
+    return place && bearingOf(this.look(), place.axes);
   }
 
   /** Looks from where a pose is. */
-  setPose({ longitude, latitude, height, azimuth, down }: Pose): void {
+  setPose(pose: Pose): void {
     if (this.layer === undefined) return;
     const { frame, tileset } = this.layer;
-    const eye = frame.position(longitude, latitude, height);
-    const { east, north, up } = frame.axesAt(longitude, latitude);
-    const [azimuthRadians, downRadians] = [azimuth, down].map(THREE.MathUtils.degToRad) as [number, number];
-    const level = Math.cos(downRadians);
-    const ahead = east.multiplyScalar(level * Math.sin(azimuthRadians)).addScaledVector(north, level * Math.cos(azimuthRadians));
-    ahead.addScaledVector(up, -Math.sin(downRadians));
-    const distance = THREE.MathUtils.clamp((height - tileset.metadata.heights[0]) / Math.max(Math.sin(downRadians), 0.05), 10, this.orbit.maxDistance);
-    this.camera.position.copy(eye);
-    this.orbit.target.copy(eye).addScaledVector(ahead, distance);
-    this.orbit.update();
-    this.camera.lookAt(this.orbit.target);
-    this.moved();
+    const { longitude, latitude, height, down, roll } = pose;
+    const { ahead, right } = lookOf(pose, frame.axesAt(longitude, latitude));
+    const steepness = Math.max(Math.sin(THREE.MathUtils.degToRad(down)), 0.05);
+    const distance = THREE.MathUtils.clamp((height - tileset.metadata.heights[0]) / steepness, 10, this.orbit.maxDistance);
+    const upright = ahead.clone().cross(SCENE.up);
+    const isOpen = roll === undefined && upright.length() > ALONG_AXIS;
+    this.lookFrom(frame.position(longitude, latitude, height), { ahead, right: isOpen ? upright : right }, distance);
   }
 
   /** Turns the view around what is in its middle until north is up. */
@@ -261,8 +259,7 @@ export class Viewer {
   /** Flying looks from where the orbit was; orbiting turns around what is in the middle of the view. */
   setFlying(flying: boolean): void {
     if (!flying && this.isFlying) {
-      const distance = Math.max(this.camera.position.distanceTo(this.orbit.target), 1);
-      this.camera.getWorldDirection(this.orbit.target).multiplyScalar(distance).add(this.camera.position);
+      this.lookFrom(this.camera.position, this.look(), Math.max(this.camera.position.distanceTo(this.orbit.target), 1));
     }
     this.isFlying = flying;
     this.setSteering(this.isSteering);
@@ -284,6 +281,14 @@ export class Viewer {
     });
   }
 
+  /** Resolves once the view has rested for a while, and has the finer light that it then gets. */
+  rested(): Promise<void> {
+    return new Promise((resolve) => {
+      this.waitingForRest.push(resolve);
+      this.redraw();
+    });
+  }
+
   /** Draws a frame, for something in the scene has changed. */
   redraw(): void {
     this.needsFrame = true;
@@ -293,15 +298,40 @@ export class Viewer {
     this.layer?.invalidate();
   }
 
-  private place(target: THREE.Vector3, azimuthDegrees: number, downDegrees: number, distance: number): void {
-    const [azimuth, down] = [azimuthDegrees, downDegrees].map(THREE.MathUtils.degToRad) as [number, number];
-    const level = -Math.cos(down) * distance;
-    const offset = new THREE.Vector3(level * Math.sin(azimuth), level * Math.cos(azimuth), Math.sin(down) * distance);
-    this.camera.position.copy(target).add(offset);
-    this.camera.lookAt(target);
-    this.orbit.target.copy(target);
+  private place(target: THREE.Vector3, azimuth: number, down: number, distance: number): void {
+    const look = lookOf({ azimuth, down }, SCENE);
+    this.lookFrom(target.clone().addScaledVector(look.ahead, -distance), look, distance);
+  }
+
+  /**
+   * Looks from an eye around what is so far ahead. The orbit keeps the picture's right level in the scene; where it looks along its axis,
+   * only that right tells how the picture is turned.
+   */
+  private lookFrom(eye: THREE.Vector3, { ahead, right }: Look, distance: number): void {
+    const polar = THREE.MathUtils.clamp(Math.acos(THREE.MathUtils.clamp(-ahead.z, -1, 1)), LEAST_POLAR_ANGLE, Math.PI - LEAST_POLAR_ANGLE);
+    const onLevel = SCENE.up.clone().cross(right).normalize();
+    const orbited = onLevel.multiplyScalar(Math.sin(polar)).addScaledVector(SCENE.up, -Math.cos(polar));
+    // Someone who looks further up does so until another view is asked for.
+    this.orbit.maxPolarAngle = Math.max(this.mostPolarAngle, polar);
+    this.camera.position.copy(eye);
+    this.orbit.target.copy(eye).addScaledVector(orbited, distance);
     this.orbit.update();
     this.moved();
+  }
+
+  private look(): Look {
+    const { quaternion } = this.camera;
+    return { ahead: new THREE.Vector3(0, 0, -1).applyQuaternion(quaternion), right: new THREE.Vector3(1, 0, 0).applyQuaternion(quaternion) };
+  }
+
+  /** Where the eye is, and the directions there. */
+  private eyePlace(): { longitude: number; latitude: number; height: number; axes: Axes } | undefined {
+    if (this.layer === undefined) return undefined;
+    const { frame } = this.layer;
+    const { longitude, latitude } = geographic(frame, this.camera.position);
+    const axes = frame.axesAt(longitude, latitude);
+    const height = this.camera.position.clone().sub(frame.position(longitude, latitude, 0)).dot(axes.up);
+    return { longitude, latitude, height, axes };
   }
 
   private resize(): void {
@@ -324,6 +354,7 @@ export class Viewer {
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
     if (this.layer?.isSettled === true) this.waiting.splice(0).forEach((resolve) => resolve());
+    if (this.layer?.isFinished === true) this.waitingForRest.splice(0).forEach((resolve) => resolve());
   }
 
   /** The controls' target goes to the ground in the middle of the view, which stays as it is. */

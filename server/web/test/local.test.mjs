@@ -36,7 +36,7 @@ test("there is no north, no imagery and no geoid", async () => {
 
 test("a link is in metres and leads to the same view", async () => {
   await page.waitForTimeout(600);
-  const [, x, y] = new URL(page.url()).hash.match(/\/([-\d.]+),([-\d.]+),[-\d.]+,[-\d.]+,[-\d.]+,m$/);
+  const [, x, y] = new URL(page.url()).hash.match(/\/([-\d.]+),([-\d.]+),[-\d.,]+,m$/);
   assert.ok(Math.abs(Number(x) - 18000) < 1 && Math.abs(Number(y) - 8000) < 1, page.url());
 });
 

@@ -78,6 +78,7 @@ test("less error on the screen means more triangles and a smaller certified erro
 
 test("the wireframe switch draws the edges and takes them away again", async () => {
   await settledStats();
+  await page.evaluate(() => window.terrain.rested());
   const plain = await pixels();
   await page.check("#wireframe");
   await settledStats();

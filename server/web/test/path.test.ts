@@ -64,12 +64,12 @@ test("of ground that is nowhere on the Earth, places, lengths, areas and files a
 
 test("a link to ground that is nowhere on the Earth is in metres, too", () => {
   const { longitude, latitude } = PLANE_METRES.placeOf([18000, 200000]);
-  const pose = { longitude, latitude, height: 5000, azimuth: 10, down: 30 };
+  const pose = { longitude, latitude, height: 5000, azimuth: 10, down: 30, roll: -1.5 };
   const link = linkOf("a game", pose, true);
-  assert.equal(link, "#a%20game/18000.00,200000.00,5000.0,10.00,30.00,m");
+  assert.equal(link, "#a%20game/18000.00,200000.00,5000.00,10.00,30.00,-1.50,m");
   const back = readLink(link)!;
   assert.equal(back.name, "a game");
-  for (const part of ["longitude", "latitude", "height", "azimuth", "down"] as const) assert.ok(Math.abs(back.pose![part] - pose[part]) < 1e-6, part);
+  for (const part of ["longitude", "latitude", "height", "azimuth", "down", "roll"] as const) assert.ok(Math.abs(back.pose![part]! - pose[part]) < 1e-6, part);
   assert.deepEqual(readLink("#alps/46.5,7.25,3000,0,45")!.pose, { longitude: 7.25, latitude: 46.5, height: 3000, azimuth: 0, down: 45 });
 });
 
