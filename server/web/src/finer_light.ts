@@ -46,6 +46,7 @@ export interface LightPatch {
 
 /** A patch, and what it was made of. */
 interface Made {
+  readonly area: Area;
   readonly of: string;
   readonly patch: LightPatch;
   dispose(): void;
@@ -92,19 +93,21 @@ export class FinerLight {
     return true;
   }
 
-  /** Makes patches of the tiles that are drawn; what comes anew, not in the place of others, fades in if it is to. */
-  place(tiles: readonly Address[], isToFade: boolean): void {
+  /** Makes patches of the tiles that are drawn. What is new in a view that rests fades in; in one that moves it is in the place of others. */
+  place(tiles: readonly Address[], isAtRest: boolean): void {
     const before = this.patches;
     this.patches = new Map();
     let squares = 0;
     for (const tile of tiles) {
-      const area = this.areaOf(tile);
-      if (area === undefined) continue;
-      squares += area.zoom > tile.zoom ? squaresIn(area) : 0;
+      const parts = this.areas.flatMap((area) => overlap(area, tile) ?? []);
+      // A square that holds all of the tile is another tile's matter if there are smaller ones.
+      const smaller = parts.filter(({ zoom }) => zoom > tile.zoom);
+      const area = smaller.length > 0 ? fitting(areaAround(smaller)) : undefined;
+      squares += area === undefined ? 0 : squaresIn(area);
       if (squares > MOST_SQUARES) break;
       const known = before.get(keyOf(tile));
-      const share = known?.patch.share ?? { value: isToFade ? 0 : 1 };
-      const made = area.zoom > tile.zoom ? this.composed(tile, area, share, known) : this.shared(tile, share);
+      const share = known?.patch.share ?? { value: isAtRest ? 0 : 1 };
+      const made = area === undefined ? this.shared(tile, parts, share) : this.composed(tile, area, share, known, isAtRest);
       if (made !== undefined) this.patches.set(keyOf(tile), made);
     }
     for (const [key, made] of before) if (this.patches.get(key) !== made) made.dispose();
@@ -128,42 +131,36 @@ export class FinerLight {
     this.patches.clear();
   }
 
-  /** Of several squares, in a texture of its own; the one that is known if nothing else is there. */
-  private composed(tile: Address, area: Area, share: LightPatch["share"], known: Made | undefined): Made {
-    const parts = squaresOf(area).map((square) => this.finest(square));
-    const of = [area.zoom, area.west, area.south, area.east, area.north, ...parts.map((part) => part?.of.zoom)].join();
-    if (known?.of === of) return known;
-    const texture = textureOf(area, parts);
-    return { of, patch: { ...placed(tile, area), texture, share }, dispose: () => texture.dispose() };
+  /** Of several squares, in a texture of its own; the one that is known if nothing else is there, or is to be seen. */
+  private composed(tile: Address, area: Area, share: LightPatch["share"], known: Made | undefined, isAtRest: boolean): Made | undefined {
+    const rasters = squaresOf(area).map((square) => this.finest(square));
+    const isFiner = rasters.some((raster) => (raster?.of.zoom ?? 0) > tile.zoom);
+    if (!isFiner) return undefined;
+    const of = rasters.map((raster) => raster?.of.zoom).join();
+    if (known !== undefined && nameOf(known.area) === nameOf(area) && (known.of === of || !isAtRest)) return known;
+    const texture = textureOf(area, rasters);
+    return { area, of, patch: { ...placed(tile, area), texture, share }, dispose: () => texture.dispose() };
   }
 
-  /** The raster of one square that holds the tile. */
-  private shared(tile: Address, share: LightPatch["share"]): Made | undefined {
-    const found = this.rasters.finest(tile);
-    if (found === undefined) return undefined;
-    const { raster, size, x, y } = found;
-    const patch = { texture: raster.texture, size: new THREE.Vector2(size, size), corner: new THREE.Vector2(x, y), ends: new THREE.Vector4(1, 1, 1, 1), share };
-    return { of: keyOf(found.of), patch, dispose: () => {} };
+  /** The raster of the smallest of squares that hold the tile, if it is finer than the tile's own light. */
+  private shared(tile: Address, holders: readonly Area[], share: LightPatch["share"]): Made | undefined {
+    const [area] = holders.toSorted((a, b) => b.zoom - a.zoom);
+    if (area === undefined) return undefined;
+    const found = this.rasters.finest({ zoom: area.zoom, x: area.west, y: area.south });
+    if (found === undefined || found.of.zoom <= (this.normals.finest(tile)?.of.zoom ?? Infinity)) return undefined;
+    return { area, of: keyOf(found.of), patch: { ...placed(tile, areaOfSquare(found.of)), texture: found.raster.texture, share }, dispose: () => {} };
   }
 
   private finest(square: Address): RasterPlace<SquareRaster> | undefined {
     const [finer, own] = [this.rasters.finest(square), this.normals.finest(square)];
     return (finer?.of.zoom ?? -1) > (own?.of.zoom ?? -1) ? finer : own;
   }
-
-  /** The squares around all that is shown of a tile's, or the one that holds the tile; undefined where they are no finer than its own light. */
-  private areaOf(tile: Address): Area | undefined {
-    const parts = this.areas.flatMap((area) => overlap(area, tile) ?? []);
-    if (parts.length === 0) return undefined;
-    const around = fitting(areaAround(parts));
-    return around.zoom > (this.normals.finest(tile)?.of.zoom ?? Infinity) ? around : undefined;
-  }
 }
 
 /** What tiles that are in sight should have: as fine as there are squares for. */
 export function areasFor(tiles: readonly Address[], seen: Seen): Area[] {
   for (let pixels = MOST_PIXELS; ; pixels *= 2) {
-    const areas = new Map(tiles.map((tile) => areaFor(tile, seen, pixels)).map((area) => [`${area.zoom}/${area.west}/${area.south}/${area.east}/${area.north}`, area]));
+    const areas = new Map(tiles.map((tile) => areaFor(tile, seen, pixels)).map((area) => [nameOf(area), area]));
     const squares = [...areas.values()].reduce((sum, area) => sum + squaresIn(area), 0);
     if (squares <= MOST_SQUARES || pixels > 64) return squares <= MOST_SQUARES ? [...areas.values()] : [];
   }
@@ -178,6 +175,10 @@ function areaFor(tile: Address, seen: Seen, pixels: number): Area {
     return below.length === 0 ? [square] : below.flatMap(squaresBelow);
   };
   return fitting(areaAround(squaresBelow(tile).map(areaOfSquare)));
+}
+
+function nameOf({ zoom, west, south, east, north }: Area): string {
+  return [zoom, west, south, east, north].join("/");
 }
 
 function areaOfSquare({ zoom, x, y }: Address): Area {

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { DataTexture } from "three";
+import { DataTexture, DataUtils } from "three";
 import { keyOf, type Address } from "../src/address.ts";
 import { areasFor, FinerLight, MOST_SQUARES, type Seen } from "../src/finer_light.ts";
 import { CELLS, normalsTexture, rasterBytes } from "../src/normals.ts";
@@ -37,22 +37,23 @@ test("there are never more squares than fit", () => {
   }
 });
 
-/** A raster whose normals all have the same part to the east, in hundredths. */
-function flat(hundredths: number): SquareRaster {
-  const texels = new Uint16Array(2 * (CELLS + 1) ** 2).fill(hundredths);
-  return { texture: normalsTexture(texels, CELLS + 1, CELLS + 1), bytesLoaded: 1, bytesKept: rasterBytes(1) };
+/** A raster of parts of normals to the east. */
+function rasterOf(east: (column: number, row: number) => number): SquareRaster {
+  const side = CELLS + 1;
+  const texels = Uint16Array.from({ length: 2 * side ** 2 }, (_, at) => DataUtils.toHalfFloat(east((at >> 1) % side, Math.floor((at >> 1) / side))));
+  return { texture: normalsTexture(texels, side, side), bytesLoaded: 1, bytesKept: rasterBytes(1) };
 }
 
-/** A tile's own light, which is there already, and finer one of squares that are asked for. */
+/** A tile's own light, which is there already and leans more to the north-east, and finer one, the same all over a square. */
 async function lightOf(ask: (address: Address) => void) {
-  const load = () => Promise.resolve(flat(1));
+  const load = () => Promise.resolve(rasterOf((column, row) => (column + 2 * row) / 1024));
   const normals = new SquareRasters({ load, parallelSquares: 2, parallelRequests: 2, mostBytes: rasterBytes(9) }, () => {});
   normals.request([{ address: TILE, detail: 0 }]);
   await promises();
   const finer = async ({ address }: { address: Address }) => {
     ask(address);
     await undefined;
-    return flat(100 + address.zoom);
+    return rasterOf(() => -address.zoom);
   };
   return new FinerLight(finer, normals, () => {});
 }
@@ -60,8 +61,8 @@ async function lightOf(ask: (address: Address) => void) {
 const promises = () => new Promise((resolve) => setImmediate(resolve));
 
 /** Loads until all is there. */
-async function loaded(light: FinerLight, view: Seen): Promise<void> {
-  for (let times = 0; !light.load([TILE], view); times++) {
+async function loaded(light: FinerLight, view: Seen, tiles: readonly Address[] = [TILE]): Promise<void> {
+  for (let times = 0; !light.load(tiles, view); times++) {
     assert.ok(times < 100, "it comes");
     await promises();
   }
@@ -97,6 +98,21 @@ test("finer light comes in when the view rests, fades in, and stays on whatever 
   light.close();
 });
 
+test("what is coarser than a tile's own light is not its, though it is another tile's", async () => {
+  const light = await lightOf(() => {});
+  await loaded(light, seen(60));
+  light.place([TILE], true);
+  assert.equal(light.patchOf(TILE), undefined);
+  const beside = { ...TILE, x: TILE.x - 1 };
+  const near = seen(600);
+  const view = { ...near, pixels: (square: Address) => (square.zoom === beside.zoom && square.x === beside.x ? 100 : near.pixels(square)) };
+  await loaded(light, view, [beside, TILE]);
+  light.place([TILE], true);
+  const { size, corner, texture } = light.patchOf(TILE)!;
+  assert.deepEqual([size.toArray(), corner.toArray(), (texture as DataTexture).image.width], [[1, 1], [0, 0], 4 * CELLS + 1]);
+  light.close();
+});
+
 test("where a square has no raster, what lies above it is enlarged", async () => {
   const light = await lightOf(() => {});
   // One of the four is no tile.
@@ -104,8 +120,8 @@ test("where a square has no raster, what lies above it is enlarged", async () =>
   await loaded(light, view);
   light.place([TILE], true);
   const { data, width } = (light.patchOf(TILE)!.texture as DataTexture).image as { data: Uint16Array; width: number };
-  const at = (column: number, row: number) => data[2 * (row * width + column)]!;
-  assert.equal(at(10, 10), 106);
-  assert.equal(at(2 * CELLS - 10, 2 * CELLS - 10), 1);
+  const at = (column: number, row: number) => DataUtils.fromHalfFloat(data[2 * (row * width + column)]!);
+  assert.equal(at(10, 10), -6);
+  for (const [column, row] of [[300, 400], [301, 511]] as const) assert.ok(Math.abs(at(column, row) - (column / 2 + row) / 1024) < 1e-3, `${column}, ${row}`);
   light.close();
 });
