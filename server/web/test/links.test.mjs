@@ -6,7 +6,7 @@ import { after, before, test } from "node:test";
 import { launch, quietPage } from "./browser.mjs";
 
 const VIEWPORT = { width: 640, height: 480 };
-/** The address follows a view that rests so long. */
+/** The address follows the last frame by less. */
 const REST_MILLISECONDS = 900;
 const MOST_PIXELS = 1.5;
 /** Places of the canvas where ground is looked for, and directions all around the scene. */
@@ -74,7 +74,7 @@ for (const [name, views] of Object.entries(VIEWS)) {
         async ([{ pose, place }, rest, places, directions]) => {
           if (pose === undefined) window.terrain.flyTo(...place);
           else window.terrain.setPose(pose);
-          await window.terrain.settled();
+          await window.terrain.rested();
           await new Promise((resolve) => setTimeout(resolve, rest));
           const ground = places.flatMap(([x, y]) => window.terrain.groundAt(x, y)?.position ?? []);
           const far = directions.map((direction) => direction.map((part) => 1e9 * part)).map(([x, y, z]) => ({ x, y, z }));
