@@ -1,4 +1,4 @@
-//! File formats under one roof, readers beside writers. They read from and write to memory or streams; opening files is the
+//! File formats of others under one roof, readers beside writers. They read from and write to memory or streams; opening files is the
 //! programs'.
 
 pub mod bezier;
