@@ -567,11 +567,10 @@ export class TerrainLayer {
   }
 }
 
-/** But for what an orbit rounds, which computes its place anew in each frame. */
+/** But for what an orbit rounds, which computes its place anew in each frame: shares of the longest number in a column. */
 function isSameView({ elements }: THREE.Matrix4, other: THREE.Matrix4): boolean {
-  // The last column is where the frame's origin is seen: metres, of which the largest tells how far rounding reaches.
-  const farthest = Math.max(1, ...elements.slice(12).map(Math.abs));
-  return elements.every((element, at) => Math.abs(element - other.elements[at]!) <= SAME * (at < 12 ? 1 : farthest));
+  const longest = (column: number) => Math.max(...elements.slice(4 * column, 4 * column + 4).map(Math.abs));
+  return elements.every((element, at) => Math.abs(element - other.elements[at]!) <= SAME * longest(at >> 2));
 }
 
 /** Of the picture, at a distance of 1. */
