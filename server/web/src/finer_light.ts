@@ -60,6 +60,7 @@ export interface Seen {
   exists(square: Address): boolean;
 }
 
+/** Of one tileset. */
 export class FinerLight {
   private readonly rasters: SquareRasters<SquareRaster>;
   private areas: readonly Area[] = [];
@@ -104,7 +105,7 @@ export class FinerLight {
       const smaller = parts.filter(({ zoom }) => zoom > tile.zoom);
       const area = smaller.length > 0 ? fitting(areaAround(smaller)) : undefined;
       squares += area === undefined ? 0 : squaresIn(area);
-      if (squares > MOST_SQUARES) break;
+      if (area !== undefined && squares > MOST_SQUARES) continue;
       const known = before.get(keyOf(tile));
       const share = known?.patch.share ?? { value: isAtRest ? 0 : 1 };
       const made = area === undefined ? this.shared(tile, parts, share) : this.composed(tile, area, share, known, isAtRest);
@@ -131,7 +132,7 @@ export class FinerLight {
     this.patches.clear();
   }
 
-  /** Of several squares, in a texture of its own; the one that is known if nothing else is there, or is to be seen. */
+  /** Of several squares, in a texture of its own; the one that is known if nothing else is there, or the view moves. */
   private composed(tile: Address, area: Area, share: LightPatch["share"], known: Made | undefined, isAtRest: boolean): Made | undefined {
     const rasters = squaresOf(area).map((square) => this.finest(square));
     const isFiner = rasters.some((raster) => (raster?.of.zoom ?? 0) > tile.zoom);
@@ -144,7 +145,7 @@ export class FinerLight {
 
   /** The raster of the smallest of squares that hold the tile, if it is finer than the tile's own light. */
   private shared(tile: Address, holders: readonly Area[], share: LightPatch["share"]): Made | undefined {
-    const [area] = holders.toSorted((a, b) => b.zoom - a.zoom);
+    const [area] = [...holders].sort((a, b) => b.zoom - a.zoom);
     if (area === undefined) return undefined;
     const found = this.rasters.finest({ zoom: area.zoom, x: area.west, y: area.south });
     if (found === undefined || found.of.zoom <= (this.normals.finest(tile)?.of.zoom ?? Infinity)) return undefined;

@@ -567,9 +567,10 @@ export class TerrainLayer {
   }
 }
 
-/** But for what an orbit rounds, which computes its place anew in each frame. */
-function isSameView(one: THREE.Matrix4, other: THREE.Matrix4): boolean {
-  return one.elements.every((element, at) => Math.abs(element - other.elements[at]!) <= SAME * (1 + Math.abs(element)));
+/** But for what an orbit rounds, which computes its place anew in each frame: shares of the longest number in a column. */
+function isSameView({ elements }: THREE.Matrix4, other: THREE.Matrix4): boolean {
+  const longest = (column: number) => Math.max(...elements.slice(4 * column, 4 * column + 4).map(Math.abs));
+  return elements.every((element, at) => Math.abs(element - other.elements[at]!) <= SAME * longest(at >> 2));
 }
 
 /** Of the picture, at a distance of 1. */
