@@ -476,6 +476,18 @@ test("what decodes tiles is there before the first of them", async () => {
   await other.close();
 });
 
+test("a decoder that does not come at first is asked for again, and the page says meanwhile what is missing", async () => {
+  const other = await browser.newPage();
+  let refusals = 2;
+  await other.route(/\.wasm/, (route) => (refusals-- > 0 ? route.fulfill({ status: 503 }) : route.continue()));
+  await other.goto(process.env.TERRAIN_URL);
+  await other.waitForFunction(() => /decoder/.test(document.querySelector("#message").textContent));
+  await other.waitForFunction(() => window.terrain?.stats()?.triangles > 1000);
+  assert.ok(refusals < 0);
+  await other.waitForFunction(() => document.querySelector("#message").hidden);
+  await other.close();
+});
+
 test("a missing server is told in a line", async () => {
   const lost = await browser.newPage();
   await lost.route("**/tilesets", (route) => route.abort());
