@@ -7,7 +7,7 @@ use integer_encoding::VarInt;
 use terrain_core::levels::partition::{Level, PartitionError};
 use thiserror::Error;
 
-use crate::progressive::{Damaged, Run, Sampling};
+use crate::progressive::{Damaged, Sampling};
 
 /// Bytes of the longest number.
 const LONGEST: usize = 6;
@@ -278,42 +278,6 @@ impl Directory {
             },
             outline_error: f32::from_bits(self.outline_error),
         })
-    }
-}
-
-/// The bytes of each level that follow the directory.
-pub(crate) fn whole_runs<'a>(entries: &[Entry], fields: &Fields<'a>) -> Result<Vec<Run<'a>>, DecodeError> {
-    let runs = runs(entries, fields)?;
-    if runs.len() < entries.len() || runs.iter().any(|run| run.is_cut) {
-        return Err(fields.truncated());
-    }
-    Ok(runs)
-}
-
-/// The bytes of each level, of which the last that there are any of may be cut.
-pub(crate) fn runs<'a>(entries: &[Entry], fields: &Fields<'a>) -> Result<Vec<Run<'a>>, DecodeError> {
-    let mut bytes = fields.rest;
-    let mut runs: Vec<Run> = Vec::with_capacity(entries.len());
-    for entry in entries {
-        let (run, rest) = bytes.split_at_checked(entry.length).unwrap_or((bytes, &[]));
-        let is_cut = run.len() < entry.length;
-        if is_cut && run.is_empty() && !runs.is_empty() {
-            break;
-        }
-        runs.push(Run {
-            bytes: run,
-            is_cut,
-            level: entry.level,
-        });
-        bytes = rest;
-        if is_cut {
-            break;
-        }
-    }
-    if bytes.is_empty() {
-        Ok(runs)
-    } else {
-        Err(DecodeError::OutOfRange("the number of bytes after the last level"))
     }
 }
 

@@ -18,6 +18,7 @@ mod damage;
 pub mod ellipsoid;
 mod fields;
 pub mod filled;
+mod level_stream;
 pub mod progressive;
 pub mod spm;
 pub mod spt;

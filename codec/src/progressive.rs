@@ -158,19 +158,6 @@ pub struct Run<'a> {
     pub level: Level,
 }
 
-/// Decodes levels, of which the last may be cut; see [`LevelsDecoder`]. `boundary_from` is the first of the levels that split vertices
-/// of the boundary only.
-///
-/// # Errors
-/// The first level whose bytes make no surface of its size, or that is cut before its base ends.
-pub fn decode(start: Start, runs: &[Run], boundary_from: usize, frame: &Frame) -> Result<SurfacePartition, Damaged> {
-    let mut decoder = LevelsDecoder::new(start, boundary_from, frame.clone());
-    for run in runs {
-        decoder.add(run)?;
-    }
-    decoder.into_partition()
-}
-
 /// Decodes one level after the other.
 #[derive(Debug)]
 pub struct LevelsDecoder {

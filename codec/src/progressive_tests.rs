@@ -73,6 +73,15 @@ pub(crate) fn assert_same_levels(one: &SurfacePartition, other: &SurfacePartitio
     }
 }
 
+/// Decodes levels, of which the last may be cut.
+fn decode(start: Start, runs: &[Run], boundary_from: usize, frame: &Frame) -> Result<SurfacePartition, Damaged> {
+    let mut decoder = LevelsDecoder::new(start, boundary_from, frame.clone());
+    for run in runs {
+        decoder.add(run)?;
+    }
+    decoder.into_partition()
+}
+
 fn decoded(coded: &Coded, partition: &SurfacePartition, frame: &Frame) -> Result<SurfacePartition, Damaged> {
     decode(coded.start, &runs(coded, partition), partition.levels.len(), frame)
 }

@@ -13,10 +13,11 @@ use terrain_core::SurfacePartition;
 use terrain_core::levels::partition;
 use thiserror::Error;
 
-use super::fields::{self, Directory, Entry, Fields, Format};
+use super::fields::{Directory, Entry, Fields, Format};
 use super::spt::rounded_up;
 use super::{DecodeError, LevelLimits};
-use crate::progressive::{self, Frame, Run, Sampling, Start};
+use crate::level_stream::LevelStream;
+use crate::progressive::{self, Frame, LevelsDecoder, Sampling, Start};
 
 const FORMAT: Format = Format {
     name: "progressive mesh file",
@@ -165,8 +166,9 @@ fn write_header(bytes: &mut Vec<u8>, mesh: &ProgressiveMesh, extent: DVec3, star
 /// # Errors
 /// When the bytes are not a mesh of this version, or exceed `limits`.
 pub fn decode(bytes: &[u8], limits: &LevelLimits) -> Result<ProgressiveMesh, DecodeError> {
-    let head = Head::read(bytes, limits)?;
-    head.mesh(&fields::whole_runs(&head.entries, &head.rest)?)
+    let (head, stream) = Head::read(bytes, limits)?;
+    stream.check_whole()?;
+    head.mesh(stream)
 }
 
 /// Reads as much of a mesh as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
@@ -176,22 +178,21 @@ pub fn decode(bytes: &[u8], limits: &LevelLimits) -> Result<ProgressiveMesh, Dec
 /// # Errors
 /// When the bytes are not the beginning of a mesh of this version, or exceed `limits`.
 pub fn decode_prefix(bytes: &[u8], limits: &LevelLimits) -> Result<ProgressiveMesh, DecodeError> {
-    let head = Head::read(bytes, limits)?;
-    head.mesh(&fields::runs(&head.entries, &head.rest)?)
+    let (head, mut stream) = Head::read(bytes, limits)?;
+    stream.cut()?;
+    head.mesh(stream)
 }
 
-/// What stands before the levels, and what follows.
-struct Head<'a> {
+/// What stands before the levels.
+struct Head {
     origin: DVec3,
     step: DVec3,
     frame: Frame,
-    start: Start,
-    entries: Vec<Entry>,
-    rest: Fields<'a>,
 }
 
-impl<'a> Head<'a> {
-    fn read(bytes: &'a [u8], limits: &LevelLimits) -> Result<Self, DecodeError> {
+impl Head {
+    /// And the levels that follow, as far as they are there.
+    fn read(bytes: &[u8], limits: &LevelLimits) -> Result<(Self, LevelStream), DecodeError> {
         let (mut fields, version) = Fields::open(bytes, &FORMAT)?;
         let [flags] = fields.bytes()?;
         let [origin, step] = [fields.doubles()?, fields.doubles()?].map(DVec3::from_array);
@@ -209,18 +210,14 @@ impl<'a> Head<'a> {
         if !frame.is_valid() || !origin.is_finite() || !step.is_finite() || step.min_element() <= 0.0 {
             return Err(DecodeError::OutOfRange("the lattice"));
         }
-        Ok(Self {
-            origin,
-            step,
-            frame,
-            start,
-            entries: Directory::new(false).read_all(&mut fields, count, limits)?,
-            rest: fields,
-        })
+        let entries = Directory::new(false).read_all(&mut fields, count, limits)?;
+        let levels = LevelsDecoder::new(start, count, frame.clone());
+        let stream = LevelStream::new(entries, levels, bytes, &fields)?;
+        Ok((Self { origin, step, frame }, stream))
     }
 
-    fn mesh(&self, runs: &[Run]) -> Result<ProgressiveMesh, DecodeError> {
-        let partition = progressive::decode(self.start, runs, self.entries.len(), &self.frame)?;
+    fn mesh(&self, stream: LevelStream) -> Result<ProgressiveMesh, DecodeError> {
+        let partition = stream.into_partition()?;
         partition::validate(&partition)?;
         Ok(ProgressiveMesh {
             origin: self.origin,

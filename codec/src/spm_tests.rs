@@ -37,8 +37,8 @@ fn a_model_comes_back_and_encodes_to_as_many_levels() {
 #[test]
 fn levels_that_are_there_are_read_and_the_rest_may_be_missing() {
     let bytes = encode(&mesh()).unwrap();
-    let head = Head::read(&bytes, &LevelLimits::default()).unwrap();
-    let lengths: Vec<usize> = head.entries.iter().map(|entry| entry.length).collect();
+    let (_, stream) = Head::read(&bytes, &LevelLimits::default()).unwrap();
+    let lengths: Vec<usize> = stream.whole().iter().map(|entry| entry.length).collect();
     let end = |levels: usize| bytes.len() - lengths[levels..].iter().sum::<usize>();
     let three = decode_prefix(&bytes[..end(3)], &LevelLimits::default()).unwrap();
     assert_eq!(three.partition.levels, mesh().partition.levels[..3]);

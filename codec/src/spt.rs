@@ -16,7 +16,8 @@ use thiserror::Error;
 use super::fields::{Directory, Entry, Fields, Format};
 use crate::address::{Side, TileAddress};
 use crate::filled::Filled;
-use crate::progressive::{self, Frame, LevelsDecoder, Run, Sampling, Start};
+use crate::level_stream::LevelStream;
+use crate::progressive::{self, Frame, LevelsDecoder, Sampling, Start};
 use crate::tile::{Lineage, Tile};
 
 use super::{DecodeError, LevelLimits};
@@ -136,11 +137,8 @@ pub fn decode_head(bytes: &[u8], limits: &LevelLimits) -> Result<Head, DecodeErr
 /// When the bytes are not a tile of this version, or exceed `limits`.
 pub fn decode(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeError> {
     let decoder = TileDecoder::new(bytes, limits)?;
-    if decoder.is_whole() {
-        decoder.into_tile()
-    } else {
-        Err(DecodeError::Truncated(bytes.len()))
-    }
+    decoder.stream.check_whole()?;
+    decoder.into_tile()
 }
 
 /// Reads as much of a tile as its first bytes tell, at least its base: whole levels, and of the one that is cut the splits that
@@ -160,13 +158,7 @@ pub fn decode_prefix(bytes: &[u8], limits: &LevelLimits) -> Result<Tile, DecodeE
 #[derive(Debug)]
 pub struct TileDecoder {
     header: Header,
-    entries: Vec<Entry>,
-    levels: LevelsDecoder,
-    /// Bytes of the tile up to the end of the last level that is whole.
-    decoded: usize,
-    /// Those that came after.
-    waiting: Vec<u8>,
-    whole: usize,
+    stream: LevelStream,
 }
 
 impl TileDecoder {
@@ -177,17 +169,9 @@ impl TileDecoder {
     /// version, or exceed `limits`.
     pub fn new(first: &[u8], limits: &LevelLimits) -> Result<Self, DecodeError> {
         let (header, entries, rest) = read_head(first, limits)?;
-        let start = first.len() - rest.remaining();
-        let mut decoder = Self {
-            levels: LevelsDecoder::new(header.start, header.boundary_from(), header.frame.clone()),
-            header,
-            entries,
-            decoded: start,
-            waiting: Vec::new(),
-            whole: 0,
-        };
-        decoder.add(&first[start..])?;
-        Ok(decoder)
+        let levels = LevelsDecoder::new(header.start, header.levels - Side::ALL.len(), header.frame.clone());
+        let stream = LevelStream::new(entries, levels, first, &rest)?;
+        Ok(Self { header, stream })
     }
 
     /// Goes on with the bytes that come next.
@@ -195,22 +179,7 @@ impl TileDecoder {
     /// # Errors
     /// When a level's bytes make no surface of its size, or there are bytes after the last level. Then the decoder is of no more use.
     pub fn add(&mut self, bytes: &[u8]) -> Result<(), DecodeError> {
-        self.waiting.extend(bytes);
-        let mut end = 0;
-        while let Some(entry) = self.entries.get(self.whole)
-            && let Some(bytes) = self.waiting[end..].get(..entry.length)
-        {
-            let (is_cut, level) = (false, entry.level);
-            self.levels.add(&Run { bytes, is_cut, level })?;
-            end += entry.length;
-            self.whole += 1;
-        }
-        self.waiting.drain(..end);
-        self.decoded += end;
-        if self.is_whole() && !self.waiting.is_empty() {
-            return Err(DecodeError::OutOfRange("the number of bytes after the last level"));
-        }
-        Ok(())
+        self.stream.add(bytes)
     }
 
     /// Decodes what is there of the level that is not whole: nothing more comes.
@@ -218,14 +187,7 @@ impl TileDecoder {
     /// # Errors
     /// When its bytes make no surface, or are cut before the base ends.
     pub fn cut(&mut self) -> Result<(), DecodeError> {
-        let (is_base, is_begun) = (self.whole == 0, !self.waiting.is_empty());
-        if let Some(entry) = self.entries.get(self.whole)
-            && (is_base || is_begun)
-        {
-            let (bytes, is_cut, level) = (self.waiting.as_slice(), true, entry.level);
-            self.levels.add(&Run { bytes, is_cut, level })?;
-        }
-        Ok(())
+        self.stream.cut()
     }
 
     /// Which square of the Earth.
@@ -248,35 +210,30 @@ impl TileDecoder {
 
     /// The levels as the directory tells them, also those that are not there yet.
     pub fn levels(&self) -> impl Iterator<Item = Level> {
-        self.entries.iter().map(|entry| entry.level)
+        self.stream.levels()
     }
 
     /// Bytes of the tile up to the end of each level.
     pub fn ends(&self) -> impl Iterator<Item = usize> {
-        let whole: usize = self.entries[..self.whole].iter().map(|entry| entry.length).sum();
-        let start = self.decoded - whole;
-        self.entries.iter().scan(start, |end, entry| {
-            *end += entry.length;
-            Some(*end)
-        })
+        self.stream.ends()
     }
 
     /// How many levels are whole.
     #[must_use]
     pub fn levels_there(&self) -> usize {
-        self.whole
+        self.stream.whole().len()
     }
 
     /// How many bytes of the tile have come.
     #[must_use]
     pub fn bytes_there(&self) -> usize {
-        self.decoded + self.waiting.len()
+        self.stream.bytes_there()
     }
 
     /// Whether all levels are there.
     #[must_use]
     pub fn is_whole(&self) -> bool {
-        self.whole == self.entries.len()
+        self.stream.is_whole()
     }
 
     /// What has been decoded so far. Levels that are missing add nothing and have the error of the last that is whole.
@@ -284,11 +241,12 @@ impl TileDecoder {
     /// # Errors
     /// Before the first level, and where what was decoded is no Surface Partition.
     pub fn tile(&self) -> Result<Tile, DecodeError> {
-        tile(&self.header, &self.entries[..self.whole], self.levels.partition()?)
+        tile(&self.header, self.stream.whole(), self.stream.partition()?)
     }
 
     fn into_tile(self) -> Result<Tile, DecodeError> {
-        tile(&self.header, &self.entries[..self.whole], self.levels.into_partition()?)
+        let whole = self.stream.whole().to_vec();
+        tile(&self.header, &whole, self.stream.into_partition()?)
     }
 }
 
@@ -360,11 +318,6 @@ struct Header {
 }
 
 impl Header {
-    /// The first of the levels that are sides.
-    fn boundary_from(&self) -> usize {
-        self.levels - Side::ALL.len()
-    }
-
     /// All but the magic and the version.
     fn read(fields: &mut Fields, version: u8, limits: &LevelLimits) -> Result<Self, DecodeError> {
         let [zoom, extent_bits, height_exponent] = fields.bytes()?;
