@@ -6,7 +6,8 @@ mod in_folder;
 mod run;
 
 use std::fs::{self, Permissions};
-use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt};
+use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
@@ -91,6 +92,23 @@ fn where_nothing_can_be_written_the_line_names_the_place() {
         assert_eq!(names(path), ["locked"], "{arguments:?}");
         assert_eq!(names(&path.join("locked")), [""; 0], "{arguments:?}");
     }
+}
+
+#[test]
+fn a_device_or_a_pipe_is_never_replaced_by_an_output() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path();
+    // As a device would be, but anybody can make one.
+    let _sockets = ["out.pmtiles", "out.ply"].map(|name| UnixListener::bind(path.join(name)).unwrap());
+    for (arguments, name) in [(&BUILD[..], "out.pmtiles"), (&TIN, "out.ply")] {
+        let line = failure(&run(path, arguments), 2);
+        assert_eq!(
+            line,
+            format!("error: {name}: is a device or a pipe, and no file that can be replaced")
+        );
+        assert!(fs::metadata(path.join(name)).unwrap().file_type().is_socket());
+    }
+    assert_eq!(names(path), ["out.ply", "out.pmtiles"]);
 }
 
 #[test]

@@ -17,14 +17,21 @@ pub struct NewFile {
 }
 
 impl NewFile {
-    /// An empty file that is to be `output`.
+    /// An empty file that is to be `output`, or what `output` links to.
     ///
     /// # Errors
-    /// Where the folder cannot be written, or another program is writing the same output.
+    /// Where the folder cannot be written, another program is writing the same output, or something is there that is no file: root
+    /// may move a file over `/dev/null`, which other programs then read and write.
     pub fn create(output: &Path) -> io::Result<Self> {
+        let output = match fs::canonicalize(output) {
+            Ok(there) if there.is_file() => there,
+            Ok(_) => return Err(io::Error::new(io::ErrorKind::InvalidInput, "is not a file")),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => output.to_owned(),
+            Err(error) => return Err(error),
+        };
         Ok(Self {
-            part: part_of(output)?,
-            output: output.to_owned(),
+            part: part_of(&output)?,
+            output,
         })
     }
 

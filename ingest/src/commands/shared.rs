@@ -146,6 +146,7 @@ pub(super) fn check_output(output: &Path) -> Result<(), Failure> {
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
     let problem = match folder {
         _ if output.is_dir() => "is a folder",
+        _ if output.exists() && !output.is_file() => "is a device or a pipe, and no file that can be replaced",
         Some(folder) if !folder.is_dir() => "its folder does not exist",
         _ => return Ok(()),
     };
