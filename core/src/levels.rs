@@ -8,7 +8,7 @@
 //! | Surface Partitions §2.3 moving red vertices, attributes | [`attribute`] |
 //! | Surface Partitions §2.4 collapse logs of any simplifier | [`collapse_log`], [`collapse_list`] |
 //! | Surface Partitions §3 graph of the collapses | [`dag`] |
-//! | Surface Partitions §3 local levels of detail, queues | [`adaptive_surface`], [`refinement_queues`], [`view_error`] |
+//! | Surface Partitions §3 local levels of detail, queues | [`adaptive_surface`], [`refinement_queues`], [`view_error`], [`view_refinement`] |
 
 pub mod adaptive_surface;
 pub mod attribute;
@@ -20,3 +20,4 @@ pub mod partition;
 pub mod refinement_queues;
 pub mod replay;
 pub mod view_error;
+pub mod view_refinement;

@@ -15,6 +15,7 @@
 
 use std::cmp::Reverse;
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -29,7 +30,7 @@ use crate::topology::index_set::IndexSet;
 /// A mesh with the collapses of a log, each performed or split. Collapses are numbered as in the log.
 #[derive(Clone, Debug)]
 pub struct AdaptiveSurface {
-    dag: CollapseDag,
+    dag: Arc<CollapseDag>,
     edges: Vec<[u32; 2]>,
     /// For each collapse the corners (`3 × triangle + k`) that go from the blue vertex to the red one.
     moved: CompressedRows,
@@ -39,6 +40,14 @@ pub struct AdaptiveSurface {
     corners: Vec<[u32; 3]>,
     triangles: IndexSet,
     front: Front,
+    undrawn: Undrawn,
+}
+
+/// What has changed since it was last drawn: places among the drawn triangles, and vertices.
+#[derive(Clone, Debug)]
+struct Undrawn {
+    places: IndexSet,
+    vertices: IndexSet,
 }
 
 impl AdaptiveSurface {
@@ -58,7 +67,7 @@ impl AdaptiveSurface {
                 corners.as_flattened_mut()[corner as usize] = step.collapse.red;
             }
         })?;
-        let dag = dag.finish();
+        let dag = Arc::new(dag.finish());
         let mut surface = Self {
             edges: log
                 .collapses
@@ -71,19 +80,24 @@ impl AdaptiveSurface {
             corners,
             triangles: IndexSet::empty(mesh.triangles.len()),
             front: Front::all_performed(&dag),
+            undrawn: Undrawn {
+                places: IndexSet::empty(mesh.triangles.len()),
+                vertices: IndexSet::empty(mesh.positions.len()),
+            },
             dag,
         };
         for (triangle, &level) in (0..).zip(&replay.triangle_levels) {
             if level == replay.top_level {
-                surface.triangles.insert(triangle);
+                surface.add(triangle);
             }
         }
+        (0..mesh.positions.len() as u32).for_each(|vertex| surface.undrawn.vertices.insert(vertex));
         Ok(surface)
     }
 
     /// What the collapses need.
     #[must_use]
-    pub fn dag(&self) -> &CollapseDag {
+    pub fn dag(&self) -> &Arc<CollapseDag> {
         &self.dag
     }
 
@@ -122,8 +136,8 @@ impl AdaptiveSurface {
         let can = self.can_split(collapse);
         if can {
             let [blue, _] = self.edges[collapse as usize];
-            for &triangle in self.removed.row(collapse) {
-                self.triangles.insert(triangle);
+            for at in 0..self.removed.row(collapse).len() {
+                self.add(self.removed.row(collapse)[at]);
             }
             self.change(collapse, blue, false);
         }
@@ -135,8 +149,8 @@ impl AdaptiveSurface {
         let can = self.can_collapse(collapse);
         if can {
             let [_, red] = self.edges[collapse as usize];
-            for &triangle in self.removed.row(collapse) {
-                self.triangles.remove(triangle);
+            for at in 0..self.removed.row(collapse).len() {
+                self.remove(self.removed.row(collapse)[at]);
             }
             self.change(collapse, red, true);
         }
@@ -153,7 +167,7 @@ impl AdaptiveSurface {
         to_split
     }
 
-    /// The triangles that are drawn, by their index in the mesh, in no particular order.
+    /// The triangles that are drawn, by their index in the mesh, in no particular order: the rows of an index buffer.
     #[must_use]
     pub fn triangles(&self) -> &[u32] {
         self.triangles.members()
@@ -169,6 +183,14 @@ impl AdaptiveSurface {
     #[must_use]
     pub fn position(&self, vertex: u32) -> DVec3 {
         self.positions.red[vertex as usize]
+    }
+
+    /// What there is to draw anew since this was last asked for: places among [`Self::triangles`] whose triangle or corners changed, and
+    /// vertices that moved, both growing. The first time that is everything.
+    pub fn take_undrawn(&mut self) -> [Vec<u32>; 2] {
+        let mut places = self.undrawn.places.take();
+        places.truncate(places.partition_point(|&place| (place as usize) < self.triangles.members().len()));
+        [places, self.undrawn.vertices.take()]
     }
 
     /// The surface as a mesh with all vertices of the original, those that are not drawn unused.
@@ -187,6 +209,20 @@ impl AdaptiveSurface {
     pub fn cost(&self, collapse: u32) -> usize {
         let rows = self.dag.constraints(collapse).len() + self.dag.split_constraints(collapse).len();
         rows + self.moved.row(collapse).len() + self.removed.row(collapse).len()
+    }
+
+    /// Draws one triangle more, in the last place.
+    fn add(&mut self, triangle: u32) {
+        self.undrawn.places.insert(self.triangles.members().len() as u32);
+        self.triangles.insert(triangle);
+    }
+
+    /// Draws one triangle less; the last one takes its place.
+    fn remove(&mut self, triangle: u32) {
+        if let Some(place) = self.triangles.place(triangle) {
+            self.undrawn.places.insert(place);
+        }
+        self.triangles.remove(triangle);
     }
 
     /// Performed collapses among `collapse` and all that rests on it, directly or not.
@@ -209,9 +245,13 @@ impl AdaptiveSurface {
     fn change(&mut self, collapse: u32, vertex: u32, is_performed: bool) {
         for &corner in self.moved.row(collapse) {
             self.corners.as_flattened_mut()[corner as usize] = vertex;
+            if let Some(place) = self.triangles.place(corner / 3) {
+                self.undrawn.places.insert(place);
+            }
         }
         let [blue, red] = self.edges[collapse as usize];
         self.positions.exchange(blue, red);
+        self.undrawn.vertices.insert(red);
         self.front.change(&self.dag, collapse, is_performed);
     }
 }

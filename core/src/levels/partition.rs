@@ -13,9 +13,10 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::levels::attribute::Attribute;
-use crate::levels::collapse_log::{CollapseLog, LogError};
+use crate::levels::collapse_log::{Band, Collapse, CollapseLog, LogError};
 use crate::levels::replay::{Batch, Demand, Replay};
 use crate::mesh::Mesh;
+use crate::topology::connectivity::{Connectivity, EdgeStar};
 
 /// How far the arrays reach for one level of detail, and what its surface is good for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,6 +119,48 @@ impl SurfacePartition {
         Ok(Self::assembled(mesh, replay, batches))
     }
 
+    /// The finest surface and the collapses that make its levels, each a band: the opposite of [`Self::from_log`], but for the order of
+    /// the vertices, which is that of the partition here. Where a collapse fails the link condition it is one that closes a hole, or
+    /// the surface is none of which [`Demand::Consistent`] can be asked.
+    #[must_use]
+    pub fn to_log(&self) -> (Mesh, CollapseLog) {
+        let count = self.positions.len();
+        let mut positions = self.position_attribute();
+        positions.undo(&self.representatives, self.coarsest_end()..count);
+        let mesh = Mesh {
+            positions: positions.red.clone(),
+            triangles: self.triangles.clone(),
+        };
+        let (mut connectivity, mut star) = (Connectivity::new(&mesh), EdgeStar::default());
+        let collapses = (self.coarsest_end()..count).rev().map(|vertex| {
+            let (blue, red) = (vertex as u32, self.representatives[vertex]);
+            star.gather(&connectivity, blue, red);
+            let closes_hole = star.link_condition().is_err() && star.closing_condition(&connectivity).is_ok();
+            connectivity.collapse(&star, &mut Vec::new());
+            let red_before = positions.red[red as usize];
+            positions.redo(&self.representatives, vertex..vertex + 1);
+            Collapse {
+                blue,
+                red,
+                red_before,
+                red_after: positions.red[red as usize],
+                closes_hole,
+            }
+        });
+        let collapses = collapses.collect();
+        let bands = self.levels.iter().rev().skip(1).map(|level| Band {
+            end: count - level.vertex_end as usize,
+            error: level.error,
+        });
+        let bands = bands.collect();
+        (mesh, CollapseLog { collapses, bands })
+    }
+
+    /// One past the last vertex that never collapses.
+    fn coarsest_end(&self) -> usize {
+        self.levels.first().map_or(0, |level| level.vertex_end as usize)
+    }
+
     fn assembled(mesh: &Mesh, replay: &Replay, batches: &[Batch]) -> Self {
         let vertex_order = replay.vertex_order();
         let mut place = vec![0; vertex_order.len()];
@@ -154,7 +197,7 @@ impl SurfacePartition {
     #[must_use]
     pub fn storage(&self) -> Storage {
         let vertices = self.positions.len();
-        let red = self.levels.first().map_or(0, |level| level.vertex_end as usize);
+        let red = self.coarsest_end();
         Storage {
             mesh: INDEX_OR_COORDINATE * 3 * (vertices + self.triangles.len()),
             representatives: INDEX_OR_COORDINATE * (vertices - red),

@@ -23,6 +23,19 @@ impl IndexSet {
         &self.members
     }
 
+    /// Where a member stands among the members.
+    pub(crate) fn place(&self, index: u32) -> Option<u32> {
+        Some(self.places[index as usize]).filter(|&place| place != ABSENT)
+    }
+
+    /// The members, growing, none of which is left.
+    pub(crate) fn take(&mut self) -> Vec<u32> {
+        let mut taken = std::mem::take(&mut self.members);
+        taken.iter().for_each(|&index| self.places[index as usize] = ABSENT);
+        taken.sort_unstable();
+        taken
+    }
+
     pub(crate) fn set(&mut self, index: u32, is_member: bool) {
         if is_member {
             self.insert(index);

@@ -90,15 +90,15 @@ fn delaunay_field(point_count: usize, random: &mut fastrand::Rng) -> Mesh {
     }
 }
 
-struct Field {
-    mesh: Mesh,
-    log: CollapseLog,
+pub(crate) struct Field {
+    pub(crate) mesh: Mesh,
+    pub(crate) log: CollapseLog,
     /// The star of each collapse's edge when the log was made.
     stars: Vec<BTreeMap<u32, Placed>>,
-    random: fastrand::Rng,
+    pub(crate) random: fastrand::Rng,
 }
 
-fn field(seed: u64) -> Field {
+pub(crate) fn field(seed: u64) -> Field {
     let mut random = fastrand::Rng::with_seed(seed);
     let mesh = delaunay_field(80, &mut random);
     let log = random_log(&mesh, usize::MAX, seed.is_multiple_of(2), &mut random);
@@ -107,17 +107,21 @@ fn field(seed: u64) -> Field {
         "seed {seed}: only {} collapses",
         log.collapses.len()
     );
-    let mut plain = PlainSurface::new(&mesh);
-    let stars = log.collapses.iter().map(|&collapse| plain.perform(collapse)).collect();
-    Field {
-        mesh,
-        log,
-        stars,
-        random,
-    }
+    Field::new(mesh, log, random)
 }
 
 impl Field {
+    pub(crate) fn new(mesh: Mesh, log: CollapseLog, random: fastrand::Rng) -> Self {
+        let mut plain = PlainSurface::new(&mesh);
+        let stars = log.collapses.iter().map(|&collapse| plain.perform(collapse)).collect();
+        Self {
+            mesh,
+            log,
+            stars,
+            random,
+        }
+    }
+
     /// Performs a closed set in the order of the log; each star must be the one of the log.
     fn with_performed(&self, is_performed: impl Fn(usize) -> bool) -> PlainSurface {
         let mut plain = PlainSurface::new(&self.mesh);
@@ -129,7 +133,7 @@ impl Field {
         plain
     }
 
-    fn check(&self, surface: &AdaptiveSurface) {
+    pub(crate) fn check(&self, surface: &AdaptiveSurface) {
         assert!(surface.dag().is_closed(|collapse| surface.is_performed(collapse)));
         let plain = self.with_performed(|index| surface.is_performed(index as u32));
         let placed = |triangle: u32| {

@@ -4,3 +4,4 @@
 mod consistency;
 mod cost;
 mod random;
+mod views;

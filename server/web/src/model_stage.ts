@@ -78,7 +78,7 @@ export class ModelStage {
 }
 
 /** Shows one line, as what is wrong or as a hint, or takes it away. */
-function showMessage(message: string | undefined, isHint = false): void {
+export function showMessage(message: string | undefined, isHint = false): void {
   element("message", HTMLElement).hidden = message === undefined;
   element("message", HTMLElement).classList.toggle("is-hint", isHint);
   setText("message", message ?? "");

@@ -2,7 +2,8 @@
 
 import type { Address } from "./address.ts";
 import { DecodeError, HeaderCut } from "./decode_error.ts";
-import { answerOf, levelsOf, taken } from "./decoder.ts";
+import { arraysOf, levelsOf } from "./decoded.ts";
+import { answerOf } from "./decoder.ts";
 import { TileDecoder as Decoder } from "./decoder/terrain_decoder.js";
 import type { Level, Tile } from "./tile.ts";
 
@@ -72,7 +73,9 @@ export class TileDecoder {
   /** What has been decoded so far. Levels that are missing add nothing and have the error of the last that is whole. */
   tile(): Tile {
     const surface = this.answer(() => this.decoder.surface());
-    return { address: this.address, extentBits: this.decoder.extent_bits(), ...taken(surface) };
+    const arrays = arraysOf(surface);
+    surface.free();
+    return { address: this.address, extentBits: this.decoder.extent_bits(), ...arrays };
   }
 
   /** The same, if nothing more is to come. */

@@ -1,14 +1,15 @@
-// The decoder as a compiled module of WebAssembly: fetched once, for this thread and for workers.
+// Modules of WebAssembly: each fetched and compiled once, for this thread and for workers.
 
-let compiled: Promise<WebAssembly.Module> | undefined;
-
-/** Fetches and compiles the decoder; another time only where that failed. */
-export function decoderModule(): Promise<WebAssembly.Module> {
-  compiled ??= compile(new URL("./decoder/terrain_decoder_bg.wasm", import.meta.url)).catch((error: unknown) => {
-    compiled = undefined;
-    throw error;
-  });
-  return compiled;
+/** What gives the module at an address, which is fetched when that is first called, and again only where it failed. */
+export function compiledOnce(url: URL): () => Promise<WebAssembly.Module> {
+  let compiled: Promise<WebAssembly.Module> | undefined;
+  return () => {
+    compiled ??= compile(url).catch((error: unknown) => {
+      compiled = undefined;
+      throw error;
+    });
+    return compiled;
+  };
 }
 
 async function compile(url: URL): Promise<WebAssembly.Module> {

@@ -99,6 +99,41 @@ test("keys change the level, show edges and turn the page dark; a drag turns the
   assert.ok(changedShare(before, await pixels()) > 0.05, "the model was turned");
 });
 
+test("as the view needs it the model has more triangles the nearer it is, and those of a level again after that", async () => {
+  await page.fill("#level", "0");
+  await page.focus("#view");
+  await page.keyboard.press("v");
+  const settled = async () => {
+    for (;;) {
+      const now = await drawn();
+      if (now.isSettled) return now;
+    }
+  };
+  await page.fill("#within", "3");
+  const figures = [];
+  for (const factor of [0.2, 5, 2]) {
+    await page.evaluate((factor) => window.model.nearer(factor), factor);
+    figures.push(await settled());
+  }
+  const [far, middle, near] = figures.map(({ triangles }) => triangles);
+  assert.ok(far < middle && middle < near && near < TRIANGLES[0], `${far}, ${middle}, ${near}`);
+  assert.equal(await page.textContent("#within-text"), `Within 8 px: ${near.toLocaleString("en")} of 1,516 triangles`);
+  assert.ok(figures.every(({ changes, bytes }) => changes > 0 && bytes > 0), JSON.stringify(figures));
+  await page.evaluate(() => window.model.nearer(1 / 2));
+  assert.equal((await settled()).triangles, middle, "what is drawn depends on the view alone");
+  const ofView = await pixels();
+  await page.keyboard.press("PageDown");
+  const coarser = await settled();
+  assert.ok(coarser.within === 16 && coarser.triangles < middle, JSON.stringify(coarser));
+  await page.keyboard.press("PageUp");
+  await page.keyboard.press("v");
+  assert.deepEqual(await page.evaluate(() => ["by-level", "as-needed"].map((id) => document.getElementById(id).hidden)), [false, true]);
+  assert.equal((await drawn()).triangles, TRIANGLES[0]);
+  const finest = await pixels();
+  assert.ok(changedShare(ofView, finest) < 0.25, "it looks like the finest level");
+  await page.keyboard.press("r");
+});
+
 test("what is no model, damaged or too large is told in a line, and the model before it stays", async () => {
   const bytes = await readFile("../../codec/golden/open_torus.spm");
   const damaged = Buffer.from(bytes);
@@ -111,7 +146,7 @@ test("what is no model, damaged or too large is told in a line, and the model be
     await drop(file, name);
     await page.waitForFunction((name) => document.getElementById("message").textContent.startsWith(name), name);
     assert.match(await page.textContent("#message"), said);
-    assert.equal((await drawn()).triangles, 188);
+    assert.equal((await drawn()).triangles, TRIANGLES[0]);
   }
   await page.evaluate(() => {
     const event = new Event("drop");

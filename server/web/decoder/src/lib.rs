@@ -1,7 +1,7 @@
-//! The progressive decoder for browsers: `terrain_codec` as WebAssembly, its arrays as JavaScript has them. What calls it is `spt.ts` and
-//! `spm.ts` of the page.
+//! The decoder of tiles for browsers: `terrain_codec::spt` as WebAssembly, its arrays as JavaScript has them. What calls it is `spt.ts` of
+//! the page.
 
-use terrain_codec::{DecodeError, LevelLimits, spm, spt};
+use terrain_codec::{DecodeError, LevelLimits, spt};
 use terrain_core::SurfacePartition;
 use terrain_core::levels::partition::Level;
 use wasm_bindgen::JsError;
@@ -101,20 +101,6 @@ impl TileDecoder {
     pub fn extent_bits(&self) -> u8 {
         self.0.extent_bits()
     }
-}
-
-/// Decodes a whole progressive mesh, in its own units.
-///
-/// # Errors
-/// When the bytes are none, or exceed the limits.
-#[wasm_bindgen]
-pub fn decode_mesh(bytes: &[u8], levels: usize, vertices: usize, triangles: usize) -> Result<Surface, JsError> {
-    let limits = LevelLimits {
-        levels,
-        vertices,
-        triangles,
-    };
-    Ok(Surface(spm::decode(bytes, &limits)?.in_units()))
 }
 
 /// A Surface Partition, in arrays of numbers.
