@@ -2,6 +2,7 @@
 
 use super::*;
 use terrain_core::levels::collapse_log::{Band, Collapse, CollapseLog};
+use terrain_core::levels::view_refinement::ViewRefinement;
 use terrain_core::mesh::Mesh;
 
 /// A hilly square of `side`² vertices, and a log that collapses every other vertex of each row into the next, moving it midway.
@@ -219,6 +220,9 @@ fn holes_that_open_from_level_to_level_come_back() {
         assert_eq!([0, 1].map(holes), [0, 3 * 49]);
         let surface = decoded.lod(1);
         terrain_core::mesh::validate(&surface).unwrap();
+        let (_, log) = decoded.to_log();
+        assert_eq!(log.collapses.iter().filter(|collapse| collapse.closes_hole).count(), 49);
+        assert!(ViewRefinement::new(&decoded).is_ok(), "each opens its hole alone");
     }
 }
 

@@ -11,7 +11,7 @@
 //!
 //! A collapse of a large error can stay performed for ever under one of a small error that rests on it. Errors that are
 //! monotone along the graph rule that out: [`CollapseDag::monotone_errors`](crate::levels::dag::CollapseDag::monotone_errors),
-//! or [`ViewErrors`](crate::levels::view_error::ViewErrors) for errors that depend on the view. Otherwise
+//! or [`NeededSplits`](crate::levels::view_error::NeededSplits) for errors that depend on the view. Otherwise
 //! [`AdaptiveSurface::force_split`] is the way.
 
 use std::cmp::{Ordering, Reverse};

@@ -84,8 +84,13 @@ export function showMessage(message: string | undefined, isHint = false): void {
   setText("message", message ?? "");
 }
 
-/** Decodes a model, and tells how to show it. */
-type Open = (bytes: ArrayBuffer, name: string) => Promise<() => void>;
+/** A model that was decoded: it is shown, or closed where another one is shown instead. */
+interface Opened {
+  show(): void;
+  close(): void;
+}
+
+type Open = (bytes: ArrayBuffer, name: string) => Promise<Opened>;
 
 /**
  * Opens the model that the page's address names at the server, `?model=NAME`, or anywhere, `?url=URL`, and files that are dropped. Of
@@ -97,9 +102,9 @@ export async function openModels(fileOfServer: string, hint: string, open: Open)
     const number = ++count;
     showMessage(`Reading ${name} …`, true);
     try {
-      const show = await open(await bytes, name);
-      if (number !== count) return;
-      show();
+      const opened = await open(await bytes, name);
+      if (number !== count) return opened.close();
+      opened.show();
       showMessage(undefined);
     } catch (error) {
       if (number === count) showMessage(`${name}: ${error instanceof Error ? error.message : String(error)}`);

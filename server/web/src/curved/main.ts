@@ -71,5 +71,5 @@ const page = new CurvedPage();
 window.curved = page;
 void openModels("curved.clod", "Drop or open a .clod file.", async (bytes, name) => {
   const levels = readCurvedLevels(bytes);
-  return () => page.show(levels, name);
+  return { show: () => page.show(levels, name), close: () => {} };
 });

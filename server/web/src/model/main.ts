@@ -239,5 +239,5 @@ window.model = page;
 void openModels("model.spm", "Drop or open a .spm file.", async (bytes, name) => {
   const size = bytes.byteLength;
   const model = await WorkingModel.decode(bytes);
-  return () => page.show(model, size, name);
+  return { show: () => page.show(model, size, name), close: () => model.close() };
 });

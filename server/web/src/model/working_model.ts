@@ -46,8 +46,8 @@ export class WorkingModel {
 
 async function outcomeOf(worker: Worker, job: Job, given: Transferable[] = []): Promise<Exclude<Outcome, { fault: string }>> {
   const outcome = await new Promise<Outcome>((resolve, reject) => {
-    worker.addEventListener("message", ({ data }: MessageEvent<Outcome>) => resolve(data), { once: true });
-    worker.addEventListener("error", () => reject(new Error("the worker that decodes it does not run")), { once: true });
+    worker.onmessage = ({ data }: MessageEvent<Outcome>) => resolve(data);
+    worker.onerror = () => reject(new Error("the worker that decodes it does not run"));
     worker.postMessage(job, given);
   });
   if ("fault" in outcome) throw new DecodeError(outcome.fault);
