@@ -3,10 +3,10 @@
 //!
 //! ```text
 //!  mesh ◀── topology ◀─┬─ levels ◀─┬─ height_field      surfaces over a grid of samples
-//!                      │           ├─ space             surfaces in space
-//!                      ├───────────┴─ streaming         progressive multilevel meshes
+//!                      │      │    ├─ space             surfaces in space
+//!                      ├──────┼────┴─ streaming         progressive multilevel meshes
 //!                      └─ curved                        surfaces of Bézier patches
-//!  selection                                            which of many surfaces to draw, at which level
+//!  selection ◀────────────────┘                         which of many surfaces to draw, at which level
 //! ```
 //!
 //! Nothing here knows a file, a thread, a raster format, a coordinate reference system or a tile.

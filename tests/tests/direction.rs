@@ -148,7 +148,7 @@ const WINGS: [(&str, &[&str]); 8] = [
     ("mesh", &[]),
     ("selection", &[]),
     ("topology", &["mesh"]),
-    ("levels", &["topology", "mesh"]),
+    ("levels", &["topology", "mesh", "selection"]),
     ("height_field", &["levels", "topology", "mesh"]),
     ("space", &["levels", "topology", "mesh"]),
     ("streaming", &["levels", "topology", "mesh"]),

@@ -38,16 +38,38 @@ pub struct AdaptiveSurface {
     removed: CompressedRows,
     positions: Attribute<DVec3>,
     corners: Vec<[u32; 3]>,
-    triangles: IndexSet,
+    drawn: Drawn,
     front: Front,
-    undrawn: Undrawn,
+    /// Vertices that moved since [`Self::take_undrawn`].
+    moved_vertices: IndexSet,
 }
 
-/// What has changed since it was last drawn: places among the drawn triangles, and vertices.
+/// The triangles that are drawn, and the places among them that changed since [`AdaptiveSurface::take_undrawn`].
 #[derive(Clone, Debug)]
-struct Undrawn {
-    places: IndexSet,
-    vertices: IndexSet,
+struct Drawn {
+    triangles: IndexSet,
+    changed: IndexSet,
+}
+
+impl Drawn {
+    /// One triangle more, in the last place.
+    fn add(&mut self, triangle: u32) {
+        self.changed.insert(self.triangles.members().len() as u32);
+        self.triangles.insert(triangle);
+    }
+
+    /// One triangle less; the last one takes its place.
+    fn remove(&mut self, triangle: u32) {
+        self.change(triangle);
+        self.triangles.remove(triangle);
+    }
+
+    /// A triangle, if it is drawn, has other corners.
+    fn change(&mut self, triangle: u32) {
+        if let Some(place) = self.triangles.place(triangle) {
+            self.changed.insert(place);
+        }
+    }
 }
 
 impl AdaptiveSurface {
@@ -78,20 +100,20 @@ impl AdaptiveSurface {
             removed,
             positions: replay.positions,
             corners,
-            triangles: IndexSet::empty(mesh.triangles.len()),
-            front: Front::all_performed(&dag),
-            undrawn: Undrawn {
-                places: IndexSet::empty(mesh.triangles.len()),
-                vertices: IndexSet::empty(mesh.positions.len()),
+            drawn: Drawn {
+                triangles: IndexSet::empty(mesh.triangles.len()),
+                changed: IndexSet::empty(mesh.triangles.len()),
             },
+            front: Front::all_performed(&dag),
+            moved_vertices: IndexSet::empty(mesh.positions.len()),
             dag,
         };
         for (triangle, &level) in (0..).zip(&replay.triangle_levels) {
             if level == replay.top_level {
-                surface.add(triangle);
+                surface.drawn.add(triangle);
             }
         }
-        (0..mesh.positions.len() as u32).for_each(|vertex| surface.undrawn.vertices.insert(vertex));
+        (0..mesh.positions.len() as u32).for_each(|vertex| surface.moved_vertices.insert(vertex));
         Ok(surface)
     }
 
@@ -136,8 +158,8 @@ impl AdaptiveSurface {
         let can = self.can_split(collapse);
         if can {
             let [blue, _] = self.edges[collapse as usize];
-            for at in 0..self.removed.row(collapse).len() {
-                self.add(self.removed.row(collapse)[at]);
+            for &triangle in self.removed.row(collapse) {
+                self.drawn.add(triangle);
             }
             self.change(collapse, blue, false);
         }
@@ -149,8 +171,8 @@ impl AdaptiveSurface {
         let can = self.can_collapse(collapse);
         if can {
             let [_, red] = self.edges[collapse as usize];
-            for at in 0..self.removed.row(collapse).len() {
-                self.remove(self.removed.row(collapse)[at]);
+            for &triangle in self.removed.row(collapse) {
+                self.drawn.remove(triangle);
             }
             self.change(collapse, red, true);
         }
@@ -170,7 +192,7 @@ impl AdaptiveSurface {
     /// The triangles that are drawn, by their index in the mesh, in no particular order: the rows of an index buffer.
     #[must_use]
     pub fn triangles(&self) -> &[u32] {
-        self.triangles.members()
+        self.drawn.triangles.members()
     }
 
     /// The vertices of a drawn triangle.
@@ -188,9 +210,9 @@ impl AdaptiveSurface {
     /// What there is to draw anew since this was last asked for: places among [`Self::triangles`] whose triangle or corners changed, and
     /// vertices that moved, both growing. The first time that is everything.
     pub fn take_undrawn(&mut self) -> [Vec<u32>; 2] {
-        let mut places = self.undrawn.places.take();
-        places.truncate(places.partition_point(|&place| (place as usize) < self.triangles.members().len()));
-        [places, self.undrawn.vertices.take()]
+        let mut places = self.drawn.changed.take();
+        places.truncate(places.partition_point(|&place| (place as usize) < self.triangles().len()));
+        [places, self.moved_vertices.take()]
     }
 
     /// The surface as a mesh with all vertices of the original, those that are not drawn unused.
@@ -209,20 +231,6 @@ impl AdaptiveSurface {
     pub fn cost(&self, collapse: u32) -> usize {
         let rows = self.dag.constraints(collapse).len() + self.dag.split_constraints(collapse).len();
         rows + self.moved.row(collapse).len() + self.removed.row(collapse).len()
-    }
-
-    /// Draws one triangle more, in the last place.
-    fn add(&mut self, triangle: u32) {
-        self.undrawn.places.insert(self.triangles.members().len() as u32);
-        self.triangles.insert(triangle);
-    }
-
-    /// Draws one triangle less; the last one takes its place.
-    fn remove(&mut self, triangle: u32) {
-        if let Some(place) = self.triangles.place(triangle) {
-            self.undrawn.places.insert(place);
-        }
-        self.triangles.remove(triangle);
     }
 
     /// Performed collapses among `collapse` and all that rests on it, directly or not.
@@ -245,13 +253,11 @@ impl AdaptiveSurface {
     fn change(&mut self, collapse: u32, vertex: u32, is_performed: bool) {
         for &corner in self.moved.row(collapse) {
             self.corners.as_flattened_mut()[corner as usize] = vertex;
-            if let Some(place) = self.triangles.place(corner / 3) {
-                self.undrawn.places.insert(place);
-            }
+            self.drawn.change(corner / 3);
         }
         let [blue, red] = self.edges[collapse as usize];
         self.positions.exchange(blue, red);
-        self.undrawn.vertices.insert(red);
+        self.moved_vertices.insert(red);
         self.front.change(&self.dag, collapse, is_performed);
     }
 }

@@ -18,15 +18,7 @@ use crate::levels::collapse_log::{CollapseLog, LogError};
 use crate::levels::dag::CollapseDag;
 use crate::levels::replay::{Demand, Replay};
 use crate::mesh::Mesh;
-
-/// The places `p` with `normal · p + offset ≥ 0`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HalfSpace {
-    /// Of length 1.
-    pub normal: DVec3,
-    /// In the units of the positions.
-    pub offset: f64,
-}
+use crate::selection::camera::HalfSpace;
 
 /// From where, and how, a surface is looked at.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use terrain_core::levels::collapse_log::Band;
 use terrain_core::levels::replay::{Demand, Replay};
-use terrain_core::levels::view_error::{HalfSpace, View, ViewErrors};
+use terrain_core::levels::view_error::{View, ViewErrors};
 use terrain_core::levels::view_refinement::ViewRefinement;
+use terrain_core::selection::camera::HalfSpace;
 use terrain_core::{CollapseLog, SurfacePartition};
 
 use crate::consistency::{Field, field};

@@ -70,15 +70,10 @@ export class ProgressiveModel {
   refine({ eye, frustum, focalLength, within }: ModelView): Redrawn {
     const { model } = this;
     if (this.mesh.levels.at(-1)!.vertexEnd > MOST_REFINED) throw new DecodeError(`it has more than ${MOST_REFINED.toLocaleString("en")} vertices`);
-    const changes = orDecodeError(() => model.refine(Float64Array.from(eye), Float64Array.from(frustum), focalLength, within));
-    return {
-      triangles: model.drawn_triangles(),
-      places: model.changed_places(),
-      corners: model.changed_corners(),
-      vertices: model.moved_vertices(),
-      positions: model.moved_positions(),
-      changes,
-    };
+    const redrawn = orDecodeError(() => model.refine(Float64Array.from(eye), Float64Array.from(frustum), focalLength, within));
+    const { triangles, places, corners, vertices, positions, changes } = redrawn;
+    redrawn.free();
+    return { triangles, places, corners, vertices, positions, changes };
   }
 
   free(): void {

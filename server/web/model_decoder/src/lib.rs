@@ -4,8 +4,9 @@
 use glam::{DVec3, DVec4, Vec4Swizzles};
 use terrain_codec::{LevelLimits, spm};
 use terrain_core::SurfacePartition;
-use terrain_core::levels::view_error::{HalfSpace, View};
+use terrain_core::levels::view_error::View;
 use terrain_core::levels::view_refinement::ViewRefinement;
+use terrain_core::selection::camera::HalfSpace;
 use wasm_bindgen::JsError;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -15,8 +16,24 @@ use wasm_bindgen::prelude::wasm_bindgen;
 pub struct Model {
     partition: SurfacePartition,
     refinement: Option<ViewRefinement>,
-    places: Vec<u32>,
-    vertices: Vec<u32>,
+}
+
+/// What a view changes in what is drawn; the first one changes all.
+#[derive(Debug)]
+#[wasm_bindgen(getter_with_clone)]
+pub struct Redrawn {
+    /// How many triangles are drawn.
+    pub triangles: usize,
+    /// Which of them are to be drawn anew, growing.
+    pub places: Vec<u32>,
+    /// Three corners for each of these.
+    pub corners: Vec<u32>,
+    /// Which vertices have moved, growing.
+    pub vertices: Vec<u32>,
+    /// Three coordinates for each of these.
+    pub positions: Vec<f64>,
+    /// How many splits and collapses that took.
+    pub changes: usize,
 }
 
 #[wasm_bindgen]
@@ -34,8 +51,6 @@ impl Model {
         Ok(Self {
             partition: spm::decode(bytes, &limits)?.in_units(),
             refinement: None,
-            places: Vec::new(),
-            vertices: Vec::new(),
         })
     }
 
@@ -67,13 +82,12 @@ impl Model {
         self.partition.triangles.as_flattened().to_vec()
     }
 
-    /// Splits and collapses until the picture is within so many pixels, and tells how many that were. `eye` is a place in the model's units,
-    /// of `frustum` each four numbers are a unit normal to its inside and an offset, `focal_length` is in pixels.
-    /// The first view begins with the coarsest level.
+    /// Splits and collapses until the picture is within so many pixels. `eye` is a place in the model's units, of `frustum` each four numbers
+    /// are a normal to its inside and an offset, `focal_length` is in pixels. The first view begins with the coarsest level.
     ///
     /// # Errors
     /// Where the surface is no 2-manifold on which its collapses can be performed.
-    pub fn refine(&mut self, eye: &[f64], frustum: &[f64], focal_length: f64, within: f64) -> Result<usize, JsError> {
+    pub fn refine(&mut self, eye: &[f64], frustum: &[f64], focal_length: f64, within: f64) -> Result<Redrawn, JsError> {
         let half_space = |numbers: &[f64]| {
             let plane = DVec4::from_slice(numbers);
             HalfSpace {
@@ -91,47 +105,18 @@ impl Model {
             none => none.insert(ViewRefinement::new(&self.partition)?),
         };
         let changes = refinement.refine(&view, within);
-        [self.places, self.vertices] = refinement.take_undrawn();
-        Ok(changes.splits + changes.collapses)
-    }
-
-    /// How many triangles are drawn.
-    #[must_use]
-    pub fn drawn_triangles(&self) -> usize {
-        self.refinement
-            .as_ref()
-            .map_or(0, |drawn| drawn.surface().triangles().len())
-    }
-
-    /// Which of them are to be drawn anew since the view before, growing; the first time all.
-    #[must_use]
-    pub fn changed_places(&self) -> Vec<u32> {
-        self.places.clone()
-    }
-
-    /// Three corners for each of these.
-    #[must_use]
-    pub fn changed_corners(&self) -> Vec<u32> {
-        let Some(surface) = self.refinement.as_ref().map(ViewRefinement::surface) else {
-            return Vec::new();
-        };
-        let corners = |&place: &u32| surface.corners(surface.triangles()[place as usize]);
-        self.places.iter().flat_map(corners).collect()
-    }
-
-    /// Which vertices have moved since the view before, growing; the first time all.
-    #[must_use]
-    pub fn moved_vertices(&self) -> Vec<u32> {
-        self.vertices.clone()
-    }
-
-    /// Three coordinates for each of these.
-    #[must_use]
-    pub fn moved_positions(&self) -> Vec<f64> {
-        let Some(surface) = self.refinement.as_ref().map(ViewRefinement::surface) else {
-            return Vec::new();
-        };
-        let position = |&vertex: &u32| surface.position(vertex).to_array();
-        self.vertices.iter().flat_map(position).collect()
+        let [places, vertices] = refinement.take_undrawn();
+        let surface = refinement.surface();
+        let drawn = surface.triangles();
+        let corners = places.iter().flat_map(|&place| surface.corners(drawn[place as usize]));
+        let positions = vertices.iter().flat_map(|&vertex| surface.position(vertex).to_array());
+        Ok(Redrawn {
+            triangles: drawn.len(),
+            corners: corners.collect(),
+            positions: positions.collect(),
+            places,
+            vertices,
+            changes: changes.splits + changes.collapses,
+        })
     }
 }

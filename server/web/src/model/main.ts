@@ -53,6 +53,7 @@ class ModelPage {
   private readonly edges = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({ color: EDGES, wireframe: true, transparent: true, opacity: 0.45 }));
   private readonly turned = new THREE.Group().add(this.surface, this.edges);
   private model: WorkingModel | undefined;
+  private readonly box = new THREE.Box3();
   /** Where vertices are counted from, so that they keep their digits. */
   private readonly centre = new THREE.Vector3();
   private patched: PatchedGeometry | undefined;
@@ -93,12 +94,12 @@ class ModelPage {
     this.isRefining = false;
     this.patched?.dispose();
     this.patched = undefined;
-    boxOf(mesh).getCenter(this.centre);
+    this.box.setFromArray(mesh.positions).getCenter(this.centre);
     for (const object of [this.surface, this.edges]) object.position.copy(this.centre);
     setText("name", name);
     setText("vertices", mesh.representatives.length.toLocaleString("en"));
     setText("bytes", `${(bytes / 1e3).toLocaleString("en", { maximumFractionDigits: 1 })} kB`);
-    setText("size", boxOf(mesh).getSize(new THREE.Vector3()).toArray().map(threeDigits).join(" × "));
+    setText("size", this.box.getSize(new THREE.Vector3()).toArray().map(threeDigits).join(" × "));
     this.slider.max = String(mesh.levels.length - 1);
     this.slider.value = "0";
     this.slider.disabled = false;
@@ -129,14 +130,13 @@ class ModelPage {
 
   private lookAtAll(): void {
     this.turned.updateMatrix();
-    if (this.model !== undefined) this.stage.lookAtAll(boxOf(this.model.mesh).applyMatrix4(this.turned.matrix));
+    if (this.model !== undefined) this.stage.lookAtAll(this.box.clone().applyMatrix4(this.turned.matrix));
   }
 
   private step(by: number): void {
     const slider = this.byView.checked ? this.tolerance : this.slider;
     slider.valueAsNumber += by;
-    if (this.byView.checked) this.stage.redraw();
-    else this.showLevel();
+    slider.dispatchEvent(new Event("input"));
   }
 
   /** The level of the slider, which counts from the finest. */
@@ -201,11 +201,10 @@ function viewOf(camera: THREE.PerspectiveCamera, turned: THREE.Object3D, focalLe
 }
 
 function isSame(view: ModelView, other: ModelView | undefined): boolean {
-  const numbers = ({ eye, frustum, focalLength, within }: ModelView) => [...eye, ...frustum, focalLength, within];
-  return other !== undefined && numbers(view).every((number, at) => number === numbers(other)[at]);
+  const numbers = ({ eye, frustum, focalLength, within }: ModelView) => [...eye, ...frustum, focalLength, within].join();
+  return other !== undefined && numbers(view) === numbers(other);
 }
 
-const boxOf = ({ positions }: Surface) => new THREE.Box3().setFromArray(positions);
 const indexOf = ({ levels }: Surface, level: number) => levels.length - 1 - level;
 
 function figuresOf(mesh: Surface, level: number): { triangles: number; error: number } {
