@@ -17,6 +17,19 @@ export async function quietPage(browser, complaints, viewport = { width: 640, he
   return page;
 }
 
+/** Waits until the page's message is like this one; there may be others before. */
+export async function messageLike(page, pattern) {
+  const isLike = (pattern) => {
+    const { hidden, textContent } = document.getElementById("message");
+    return !hidden && pattern.test(textContent);
+  };
+  try {
+    await page.waitForFunction(isLike, pattern);
+  } catch (error) {
+    throw new Error(`the message is “${await page.textContent("#message")}”, not like ${pattern}`, { cause: error });
+  }
+}
+
 /** What the page says of the ground under the pointer: it looks for that once a frame. */
 export async function placeText(page) {
   await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { launch, pixelsOf, quietPage } from "./browser.mjs";
+import { launch, messageLike, pixelsOf, quietPage } from "./browser.mjs";
 
 /** Of the picture: right of the panel, above the help. */
 const CLIP = { x: 240, y: 0, width: 400, height: 430 };
@@ -76,14 +76,13 @@ test("a file that is dropped and is none is told in a line", async () => {
     transfer.items.add(new File(["not"], "not.clod"));
     window.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer }));
   });
-  await page.waitForSelector("#message:not([hidden])");
-  assert.match(await page.textContent("#message"), /ends too early|no \.clod file/);
+  await messageLike(page, /^not\.clod: .*(ends too early|no \.clod file)/);
 });
 
 test("on a phone what is wrong is told beside the panel, and there is no level to choose", async () => {
   const phone = await browser.newPage({ viewport: { width: 360, height: 640 } });
   await phone.goto(new URL("curved.html?model=none", process.env.TERRAIN_URL).href);
-  await phone.waitForFunction(() => document.getElementById("message").textContent === "none: there is no such model");
+  await messageLike(phone, /^none: there is no such model$/);
   const [panel, message] = await phone.evaluate(() => ["panel", "message"].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
   assert.ok((await phone.isDisabled("#level")) && message.height > 0 && message.top > panel.bottom, JSON.stringify({ panel, message }));
   assert.equal(await phone.isVisible("#help"), true);

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { after, before, test } from "node:test";
-import { changedShare, launch, pixelsOf, quietPage } from "./browser.mjs";
+import { changedShare, launch, messageLike, pixelsOf, quietPage } from "./browser.mjs";
 
 const URL_OF_MODEL = () => new URL("model.html?model=open_torus", process.env.TERRAIN_URL).href;
 /** Of the picture: beside the panel, above the slider, inside the outline of what has the focus. */
@@ -138,14 +138,13 @@ test("what is no model, damaged or too large is told in a line, and the model be
   const bytes = await readFile("../../codec/golden/open_torus.spm");
   const damaged = Buffer.from(bytes);
   damaged.fill(255, 300, 400);
-  for (const [file, name, said] of [
+  for (const [file, name, message] of [
     [Buffer.from("solid"), "not.spm", /^not\.spm: not a progressive mesh file/],
     [bytes.subarray(0, 2000), "cut.spm", /^cut\.spm: truncated at byte 2000/],
     [damaged, "damaged.spm", /^damaged\.spm: /],
   ]) {
     await drop(file, name);
-    await page.waitForFunction((name) => document.getElementById("message").textContent.startsWith(name), name);
-    assert.match(await page.textContent("#message"), said);
+    await messageLike(page, message);
     assert.equal((await drawn()).triangles, TRIANGLES[0]);
   }
   await page.evaluate(() => {
@@ -153,7 +152,7 @@ test("what is no model, damaged or too large is told in a line, and the model be
     event.dataTransfer = { files: [{ name: "huge.spm", size: 2 ** 30 }] };
     window.dispatchEvent(event);
   });
-  await page.waitForFunction(() => document.getElementById("message").textContent.startsWith("huge.spm: 1024 MB are too large"));
+  await messageLike(page, /^huge\.spm: 1024 MB are too large/);
   await drop(bytes, "again.spm");
   await page.waitForFunction(() => document.getElementById("name").textContent === "again.spm");
   assert.ok(await page.isHidden("#message"));
@@ -165,8 +164,7 @@ test("a model of another address is opened, and what is missing is told", async 
   await isShown(shown);
   assert.equal(await shown.textContent("#name"), "model.spm");
   await shown.goto(new URL("model.html?model=nothing", process.env.TERRAIN_URL).href);
-  await shown.waitForSelector("#message:not([hidden])");
-  assert.equal(await shown.textContent("#message"), "nothing: there is no such model");
+  await messageLike(shown, /^nothing: there is no such model$/);
   await shown.close();
 });
 

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { basename, dirname } from "node:path";
 import { after, afterEach, before, test } from "node:test";
-import { launch, quietPage } from "./browser.mjs";
+import { launch, messageLike, quietPage } from "./browser.mjs";
 import { serveByNginx } from "./nginx.mjs";
 import { troubled } from "./proxy.mjs";
 
@@ -112,8 +112,7 @@ test("while the server is dead the ground stays, also in a new view, and all com
   await server.die();
   server.trouble = () => undefined;
   await goNearer();
-  await page.waitForSelector("#message:not([hidden])");
-  assert.match(await page.textContent("#message"), /^Tile /);
+  await messageLike(page, /^Tile /);
   await page.waitForTimeout(500);
   await server.comeBack();
   assert.deepEqual(await settled(), undisturbedNearer);
