@@ -166,7 +166,8 @@ async fn tile_json(
         tileset.version,
         form.size,
     );
-    let mut document = form.description(tileset.metadata(), form.finest_zoom(tileset.metadata()));
+    let metadata = tileset.metadata();
+    let mut document = form.description(metadata, form.finest_zoom(metadata), metadata.bounds_with_outside());
     document["tilejson"] = json!("3.0.0");
     document["name"] = json!(tileset.name);
     document["tiles"] = json!([address]);

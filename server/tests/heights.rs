@@ -8,10 +8,11 @@ use std::path::Path;
 
 use axum::http::{StatusCode, header};
 use glam::DVec2;
-use serde_json::Value;
+use serde_json::{Value, json};
 use service::{Service, address, metadata, tile};
 use terrain_codec::spt;
 use terrain_tiles::archive::Writer;
+use terrain_tiles::outside::{HeightField, Outside};
 
 #[tokio::test]
 async fn heights_have_their_error_and_tell_void_from_outside() {
@@ -180,12 +181,40 @@ async fn services_are_described_and_have_a_page_to_try_them() {
     assert!(String::from_utf8(script.body).unwrap().contains("../openapi.json"));
 }
 
-/// Colours of a PNG file, three bytes each.
-fn colours(file: &[u8]) -> Vec<u8> {
+/// Heights that a PNG file of terrarium has, row by row.
+fn heights_of(file: &[u8]) -> Vec<f64> {
     let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut bytes).unwrap();
-    bytes
+    let height =
+        |&[red, green, blue]: &[u8; 3]| f64::from(red) * 256.0 + f64::from(green) + f64::from(blue) / 256.0 - 32_768.0;
+    bytes.as_chunks().0.iter().map(height).collect()
+}
+
+/// Longitude and latitude of the middle of a pixel of a tile of 256 pixels of Web Mercator's zoom 9.
+fn middle_of([x, y]: [u32; 2], [column, row]: [u32; 2]) -> [f64; 2] {
+    let [x, y] =
+        [(x, column), (y, row)].map(|(tile, pixel)| (f64::from(tile) + (f64::from(pixel) + 0.5) / 256.0) / 512.0);
+    let latitude = ((1.0 - 2.0 * y) * std::f64::consts::PI).sinh().atan().to_degrees();
+    [x * 360.0 - 180.0, latitude]
+}
+
+/// Where [`write_fine_archive`] has ground beside its data: west, south, east, north.
+const BESIDE: [f64; 4] = [16.0, 45.0, 19.0, 55.0];
+
+/// Degrees from node to node of these heights, within which the ground of the data still counts.
+const STEP: f64 = 0.05;
+
+/// Metres that it has there.
+fn beside(longitude: f64) -> f64 {
+    120.0 - 30.0 * (longitude - 16.0)
+}
+
+fn bounds_of_data() -> [f64; 4] {
+    let fine = address(9, 561, 397);
+    let at = |south_west: f64, part: f64| south_west + part * fine.degrees();
+    let (west, south) = (fine.west(), fine.south());
+    [at(west, 0.25), at(south, 0.25), at(west, 0.75), at(south, 0.75)]
 }
 
 /// An archive whose one tile, of zoom 9, is half a square of 500 m, and all of it in one raster tile.
@@ -193,21 +222,24 @@ fn write_fine_archive(path: &Path) {
     let mut writer = Writer::create(path).unwrap();
     let fine = address(9, 561, 397);
     writer.add(fine, &spt::encode(&tile(fine)).unwrap()).unwrap();
-    let at = |part: f64| {
-        [
-            fine.west() + part * fine.degrees(),
-            fine.south() + part * fine.degrees(),
-        ]
-    };
     let mut metadata = metadata();
-    metadata.bounds = [at(0.25)[0], at(0.25)[1], at(0.75)[0], at(0.75)[1]];
+    metadata.bounds = bounds_of_data();
     metadata.max_zoom = 9;
     metadata.zooms[1].zoom = 9;
+    let [west, south, east, north] = BESIDE;
+    let row = (0..=60).map(|node| (beside(west + (east - west) * f64::from(node) / 60.0) * 10.0).round() as i32);
+    metadata.outside = Outside::Extend {
+        field: HeightField {
+            bounds: [west, south, east, north],
+            columns: 61,
+            decimetres: row.clone().chain(row).collect(),
+        },
+    };
     writer.finish(&metadata).unwrap();
 }
 
 #[tokio::test]
-async fn raster_tiles_have_the_heights_of_the_surface_and_ground_under_voids() {
+async fn raster_tiles_have_the_heights_of_the_surface_ground_under_voids_and_what_is_beside_the_data() {
     let service = Service::new();
     let fine = service.folder.path().join("fine");
     write_fine_archive(&fine);
@@ -219,6 +251,7 @@ async fn raster_tiles_have_the_heights_of_the_surface_and_ground_under_voids() {
         (document["encoding"].as_str(), document["tileSize"].as_u64()),
         (Some("terrarium"), Some(256))
     );
+    assert_eq!(document["bounds"], json!(BESIDE));
     let zoom = &document["zooms"][9];
     assert_eq!(
         (document["maxzoom"].as_u64(), zoom["error"].as_f64()),
@@ -237,19 +270,13 @@ async fn raster_tiles_have_the_heights_of_the_surface_and_ground_under_voids() {
     let reply = service.get(&path).await;
     assert_eq!(reply.header(header::CONTENT_TYPE), "image/png");
     assert!(reply.header(header::CACHE_CONTROL).contains("immutable"));
-    let colours = colours(&reply.body);
-    let mut least = f64::INFINITY;
-    let mut measured = 0;
+    let heights = heights_of(&reply.body);
+    let [west, south, east, north] = bounds_of_data();
+    let [mut measured, mut outside] = [0, 0];
     for row in (0..256).step_by(9) {
         for column in (0..256).step_by(7) {
-            let longitude = (f64::from(column) + 0.5) / 256.0;
-            let longitude = (280.0 + longitude) / 512.0 * 360.0 - 180.0;
-            let y = (174.0 + (f64::from(row) + 0.5) / 256.0) / 512.0;
-            let latitude = ((1.0 - 2.0 * y) * std::f64::consts::PI).sinh().atan().to_degrees();
-            let at = ((row * 256 + column) * 3) as usize;
-            let [red, green, blue] = [0, 1, 2].map(|channel| f64::from(colours[at + channel]));
-            let drawn = red * 256.0 + green + blue / 256.0 - 32_768.0;
-            least = least.min(drawn);
+            let [longitude, latitude] = middle_of([280, 174], [column, row]);
+            let drawn = heights[(row * 256 + column) as usize];
             let asked = service
                 .get(&format!("/square/height?longitude={longitude}&latitude={latitude}"))
                 .await
@@ -262,15 +289,39 @@ async fn raster_tiles_have_the_heights_of_the_surface_and_ground_under_voids() {
                         "{longitude} {latitude}: {drawn} {height}"
                     );
                 }
-                None if asked["points"][0]["status"] == "outside" => assert_eq!(drawn, 0.0),
+                None if asked["points"][0]["status"] == "outside" => {
+                    outside += 1;
+                    let to = |low: f64, at: f64, high: f64| (low - at).max(at - high).max(0.0);
+                    let away = to(west, longitude, east).hypot(to(south, latitude, north));
+                    let off = drawn - beside(longitude);
+                    let most = if away < STEP { 500.0 * (1.0 - away / STEP) } else { 0.0 };
+                    let rounding = quantum / 2.0 + 1e-3;
+                    assert!(
+                        (-rounding..=most + rounding).contains(&off),
+                        "{longitude} {latitude}: {drawn}"
+                    );
+                }
                 None => {}
             }
         }
     }
-    assert!(measured > 20, "{measured} of the places are measured");
-    assert_eq!(least, 0.0, "out of the data, and no spike anywhere");
+    assert!(
+        measured > 20 && outside > 20,
+        "{measured} places are measured, {outside} outside"
+    );
+    let least = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(least > 72.0, "no spike anywhere: {least}");
+    let beside_all = service.get("/square/terrarium/9/281/174.png").await;
+    for (pixel, drawn) in (0..).zip(heights_of(&beside_all.body)) {
+        let [longitude, _] = middle_of([281, 174], [pixel % 256, pixel / 256]);
+        assert!(
+            (drawn - beside(longitude)).abs() <= quantum / 2.0 + 1e-3,
+            "{longitude}: {drawn}"
+        );
+    }
+    let far = service.get("/square/terrarium/9/0/0.png").await;
+    assert!(heights_of(&far.body).iter().all(|&height| height == 0.0));
     for (path, status) in [
-        ("/square/terrarium/9/281/174.png", 404),
         ("/square/terrarium/10/561/348.png", 404),
         ("/square/terrarium/1/2/0.png", 400),
         ("/square/terrarium/9/280/174.jpg", 400),

@@ -156,10 +156,33 @@ class HeightsOfRasters(unittest.TestCase):
         url = f"http://127.0.0.1:{port}/{pack.archive().stem}"
         for (encoding, image, size), rasters in zip(FORMS, packs(), strict=True):
             said = json.loads(fetched(f"{url}/{encoding}.json?size={size}&format={image}"))
-            for key in ("encoding", "tileSize", "minzoom", "maxzoom", "bounds", "attribution", "heights_above", "zooms"):
+            for key in ("encoding", "tileSize", "minzoom", "maxzoom", "attribution", "heights_above", "zooms"):
                 self.assertEqual(rasters.metadata[key], said[key], key)
+            # The server has tiles of all ground beside the data, too.
+            (west, south, east, north), own = said["bounds"], rasters.metadata["bounds"]
+            self.assertTrue(west < own[0] and south < own[1] and east > own[2] and north > own[3])
             for (zoom, x, y), file in list(pmtiles.reader.all_tiles(rasters.source))[::4]:
                 self.assertEqual(fetched(f"{url}/{encoding}/{zoom}/{x}/{y}.{image}?size={size}"), file)
+
+    def test_beside_the_data_ground_goes_on_and_every_tile_over_them_has_its_neighbours(self):
+        dem, to_pixels = pack.samples()
+        # A cell of the grid that the ground goes on by.
+        near = dem.shape[1] / 32 * (~to_pixels).a * METRES_IN_A_DEGREE
+        for rasters in packs():
+            errors = {zoom["zoom"]: zoom["error"] + zoom["quantum"] / 2 for zoom in rasters.metadata["zooms"]}
+            over, looked_at = 0, 0
+            for (zoom, x, y), heights in rasters.tiles.items():
+                to_the_side = to_the_outline(*rasters.places(zoom, x, y))
+                beside = (to_the_side < 0) & (to_the_side > -near)
+                looked_at += beside.sum()
+                self.assertGreater(heights[beside].min(initial=numpy.inf), dem.min() / 2, (zoom, x, y))
+                self.assertLess(heights[beside].max(initial=0), dem.max() + errors[zoom], (zoom, x, y))
+                if (to_the_side > 0).any():
+                    over += 1
+                    rows = range(max(y - 1, 0), min(y + 2, 2**zoom))
+                    around = {(zoom, column % 2**zoom, row) for column in range(x - 1, x + 2) for row in rows}
+                    self.assertTrue(around <= set(rasters.tiles), (zoom, x, y))
+            self.assertTrue(over > 10 and looked_at > 10_000, (over, looked_at))
 
     def test_under_voids_are_heights_of_what_is_around(self):
         archive, heights = pack.with_a_hole()
@@ -193,9 +216,12 @@ class HeightsOfRasters(unittest.TestCase):
         self.assertEqual(part.metadata["maxzoom"], finest)
         names = ["min_lon_e7", "min_lat_e7", "max_lon_e7", "max_lat_e7"]
         self.assertEqual([part.header[name] for name in names], [round(side * 1e7) for side in (west, south, east, north)])
+        self.assertEqual(part.metadata["bounds"], [west, south, east, north])
         for tile, heights in part.tiles.items():
             longitude, latitude = part.places(*tile)
-            self.assertTrue(((longitude > west) & (longitude < east) & (latitude > south) & (latitude < north)).any() or tile[0] < 6)
+            is_of_part = ((longitude > west) & (longitude < east) & (latitude > south) & (latitude < north)).any()
+            is_beside_the_data = (to_the_outline(longitude, latitude) < 0).all()
+            self.assertTrue(is_of_part or is_beside_the_data or tile[0] < 6)
             numpy.testing.assert_array_equal(heights, whole.tiles[tile])
         self.assertTrue(set(part.tiles) < set(whole.tiles))
 

@@ -10,10 +10,16 @@ use crate::tile_file::SquareTile;
 /// Degrees north and south to which the square reaches.
 pub const LATITUDES: f64 = 85.051_128_779_806_6;
 
+/// Degrees of longitude that a tile of a zoom is wide.
+#[must_use]
+pub fn degrees(zoom: u8) -> f64 {
+    360.0 / f64::from(1_u32 << zoom)
+}
+
 /// Degrees, at a part of the tile's width from its west side.
 #[must_use]
 pub fn longitude(tile: SquareTile, part: f64) -> f64 {
-    (f64::from(tile.x) + part) / f64::from(1_u32 << tile.zoom) * 360.0 - 180.0
+    (f64::from(tile.x) + part) * degrees(tile.zoom) - 180.0
 }
 
 /// Degrees, at a part of its height from its north side.
@@ -46,6 +52,16 @@ impl From<SquareTile> for Rectangle {
     }
 }
 
+/// Bounds in degrees, west, south, east, north, as far as they are in the square: those across the antimeridian as the whole circle.
+#[must_use]
+pub fn within([west, south, east, north]: [f64; 4]) -> [f64; 4] {
+    let [south, north] = [south, north].map(|latitude| latitude.clamp(-LATITUDES, LATITUDES));
+    if west < -180.0 || east > 180.0 {
+        return [-180.0, south, 180.0, north];
+    }
+    [west, south, east, north]
+}
+
 /// Whether it has a point with a box in degrees, whose east may exceed 180.
 #[must_use]
 pub fn meets(tile: SquareTile, [west, south, east, north]: [f64; 4]) -> bool {
@@ -69,6 +85,21 @@ pub fn tiles_over(address: TileAddress, zoom: u8) -> impl Iterator<Item = Square
     let [left, right] = range(column(west), column(west + side));
     let [top, bottom] = range(row(south + side), row(south));
     (top..=bottom).flat_map(move |y| (left..=right).map(move |x| SquareTile { zoom, x, y }))
+}
+
+/// The tiles around one, up to eight: over the antimeridian, but not over the square's north and south sides.
+pub fn around(tile: SquareTile) -> impl Iterator<Item = SquareTile> {
+    let count = 1_i64 << tile.zoom;
+    let steps = (-1..=1).flat_map(|down| (-1..=1).map(move |across| (across, down)));
+    let beside = move |(across, down): (i64, i64)| {
+        let (x, y) = (i64::from(tile.x) + across, i64::from(tile.y) + down);
+        (0..count).contains(&y).then_some(SquareTile {
+            zoom: tile.zoom,
+            x: x.rem_euclid(count) as u32,
+            y: y as u32,
+        })
+    };
+    steps.filter_map(beside).filter(move |&other| other != tile)
 }
 
 /// Row by row from the north.

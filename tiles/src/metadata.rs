@@ -72,6 +72,19 @@ impl Metadata {
         }
     }
 
+    /// Around the data and all ground beside them whose height is not 0; longitudes may go beyond ±180.
+    #[must_use]
+    pub fn bounds_with_outside(&self) -> [f64; 4] {
+        let [west, south, east, north] = self.bounds;
+        let other = self.outside.bounds().unwrap_or(self.bounds);
+        [
+            west.min(other[0]),
+            south.min(other[1]),
+            east.max(other[2]),
+            north.max(other[3]),
+        ]
+    }
+
     /// Error that is certified, in metres, of a zoom's finest surfaces and of the leaves above, which stand for what is below them.
     #[must_use]
     pub fn finest_error(&self, zoom: u8) -> f64 {

@@ -45,6 +45,14 @@ impl Outside {
         }
     }
 
+    /// Degrees around all places where its height may be another one than 0: west, south, east, north.
+    pub(crate) fn bounds(&self) -> Option<[f64; 4]> {
+        match self {
+            Self::Ellipsoid => None,
+            Self::Geoid { field } | Self::Extend { field } => Some(field.bounds),
+        }
+    }
+
     /// The same at coordinates of 0 … `extent` in a tile's rectangle.
     pub(crate) fn height_in(&self, rectangle: Rectangle, place: [u16; 2], extent: u16) -> f64 {
         let [longitude, latitude] = degrees(rectangle, place, extent);

@@ -9,6 +9,7 @@
 //! | terrarium | 256 r + g + b / 256 − 32,768 |
 //! | mapbox | (65,536 r + 256 g + b) / 10 − 10,000 |
 
+mod beside;
 mod fill;
 pub mod image;
 
@@ -81,11 +82,9 @@ impl RasterForm {
         quantum
     }
 
-    /// What clients are told of the rasters of zooms 0 to `finest`, as TileJSON has it, but for their address.
+    /// What clients are told of the rasters of zooms 0 to `finest` within `bounds`, as TileJSON has it, but for their address.
     #[must_use]
-    pub fn description(&self, metadata: &Metadata, finest: u8) -> Value {
-        let [west, south, east, north] = metadata.bounds_within_180();
-        let [south, north] = [south, north].map(|latitude| latitude.clamp(-mercator::LATITUDES, mercator::LATITUDES));
+    pub fn description(&self, metadata: &Metadata, finest: u8, bounds: [f64; 4]) -> Value {
         let zoom = |zoom| {
             json!({
                 "zoom": zoom,
@@ -98,7 +97,7 @@ impl RasterForm {
             "tileSize": self.size,
             "minzoom": 0,
             "maxzoom": finest,
-            "bounds": [west, south, east, north],
+            "bounds": mercator::within(bounds),
             "attribution": metadata.source.attribution(),
             "heights_above": metadata.source.tiles_above(),
             "from": "surface",
@@ -106,7 +105,8 @@ impl RasterForm {
         })
     }
 
-    /// The file of a tile of the archive that `metadata` describe, from the surfaces that `ground_at` gives.
+    /// The file of a tile of the archive that `metadata` describe, from the surfaces that `ground_at` gives. Voids among the data are filled from
+    /// around them; beside the data is what the archive has outside, without a step where that goes on from their edge.
     ///
     /// # Errors
     /// What `ground_at` says, or the encoder.
@@ -118,20 +118,27 @@ impl RasterForm {
     ) -> Result<Vec<u8>, E> {
         let places = mercator::pixel_centres(tile, self.size);
         let zoom = self.surface_zoom(metadata, tile.zoom);
-        let found = answers(zoom, &places, ground_at, |ground, at| {
+        let outside = |place: Place| metadata.outside.height(place.longitude, place.latitude);
+        let pixel = mercator::degrees(tile.zoom) / f64::from(self.size);
+        let nearest = places.iter().map(|&place| beside::nearest(metadata, place, pixel));
+        let (near, grounds): (Vec<usize>, Vec<beside::Nearest>) =
+            (0..).zip(nearest).filter(|(_, ground)| ground.share > 0.0).unzip();
+        let asked: Vec<Place> = grounds.iter().map(|ground| ground.place).collect();
+        let found = answers(zoom, &asked, ground_at, |ground, at| {
             ground.height(at.longitude, at.latitude)
         })?;
-        let is_void = |place: &Place| metadata.covers(place.longitude, place.latitude);
-        let mut heights: Vec<Option<f64>> = found
-            .into_iter()
-            .zip(&places)
-            .map(|(height, place)| height.or_else(|| (!is_void(place)).then_some(0.0)))
-            .collect();
+        let mut heights: Vec<Option<f64>> = places.iter().map(|&place| Some(outside(place))).collect();
+        for ((index, ground), height) in near.into_iter().zip(grounds).zip(found) {
+            // Within the bounds that is the height itself, to the bit.
+            let rest = outside(places[index]) - outside(ground.place) * ground.share;
+            heights[index] = height.map(|height| height * ground.share + rest);
+        }
         fill::fill_voids(&mut heights, self.size as usize);
         let quantum = self.quantum(metadata, tile.zoom);
         let colours: Vec<u8> = heights
             .iter()
-            .flat_map(|metres| self.encoding.colour(metres.unwrap_or(0.0), quantum))
+            .zip(&places)
+            .flat_map(|(metres, &place)| self.encoding.colour(metres.unwrap_or_else(|| outside(place)), quantum))
             .collect();
         Ok(image::write(
             self.format,

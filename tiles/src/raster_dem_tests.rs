@@ -75,6 +75,21 @@ fn pixels_are_where_web_mercator_has_them() {
 }
 
 #[test]
+fn tiles_around_one_go_on_over_the_antimeridian_and_end_in_the_north_and_south() {
+    let around = |zoom, x, y| {
+        let found: std::collections::BTreeSet<[u32; 2]> = mercator::around(SquareTile { zoom, x, y })
+            .map(|tile| [tile.x, tile.y])
+            .collect();
+        found.into_iter().collect::<Vec<_>>()
+    };
+    assert_eq!(around(0, 0, 0), [[0_u32; 2]; 0]);
+    assert_eq!(around(1, 0, 0), [[0, 1], [1, 0], [1, 1]]);
+    assert_eq!(around(3, 0, 0), [[0, 1], [1, 0], [1, 1], [7, 0], [7, 1]]);
+    let whole = around(3, 7, 4);
+    assert_eq!((whole.len(), whole[0], whole[7]), (8, [0, 3], [7, 5]));
+}
+
+#[test]
 fn files_have_the_colours_that_went_in_and_no_profile() {
     let colours: Vec<u8> = (0..256 * 256 * 3_u32).map(|index| (index * 31 % 251) as u8).collect();
     let png = image::write(image::Format::Png, image::Pixels::Colour, &colours, [256; 2]).unwrap();

@@ -1,7 +1,7 @@
 //! Raster tiles of heights as one PMTiles file.
 //!
 //! ```text
-//! tiles of the archive at the surface's zoom ─▶ tiles of Web Mercator over them ─▶ drawn from those surfaces ─▶ file
+//! tiles of the archive at the surface's zoom ─▶ tiles of Web Mercator over and beside them ─▶ drawn from those surfaces ─▶ file
 //! ```
 
 use std::collections::BTreeSet;
@@ -15,6 +15,7 @@ use serde_json::json;
 use terrain_codec::address::{TileAddress, is_leaf};
 use terrain_tiles::archive::Reader;
 use terrain_tiles::mercator;
+use terrain_tiles::metadata::Metadata;
 use terrain_tiles::raster_dem::RasterForm;
 use terrain_tiles::raster_dem::image::Format;
 use terrain_tiles::tile_file::{Header, Kind, SquareTile, TileFile};
@@ -41,7 +42,7 @@ pub(super) fn write(archive: &Reader, form: RasterForm, choice: &Choice, output:
         file.lock().unwrap_or_else(PoisonError::into_inner).add(tile, &drawn)?;
         anyhow::Ok(())
     })?;
-    let mut description = form.description(metadata, finest);
+    let mut description = form.description(metadata, finest, bounds);
     description["name"] = json!(metadata.source.files.join(", "));
     description["type"] = json!("baselayer");
     description["version"] = json!(format!("{:032x}", archive.version()));
@@ -54,7 +55,7 @@ pub(super) fn write(archive: &Reader, form: RasterForm, choice: &Choice, output:
         is_gzipped: false,
         are_equal_tiles_one: true,
         zooms: [0, finest],
-        bounds: within_mercator(bounds),
+        bounds: mercator::within(bounds),
         json: description.to_string(),
     };
     let file = file.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -62,23 +63,34 @@ pub(super) fn write(archive: &Reader, form: RasterForm, choice: &Choice, output:
     Ok(tiles.len())
 }
 
-/// Those over tiles of the archive, so that where it has none no zoom is filled with nothing.
+/// Those of the part that is meant, and beside them where the archive has none: clients draw a tile with its neighbours. Farther out no
+/// zoom is filled with nothing.
 fn tiles(archive: &Reader, form: RasterForm, choice: &Choice, finest: u8) -> BTreeSet<SquareTile> {
     let metadata = archive.metadata();
-    let there = choice.tiles(archive);
-    let is_leaf = &|address: TileAddress| is_leaf(address, |child| there.contains(&child));
+    let over = |surfaces: &BTreeSet<TileAddress>| tiles_over(surfaces, metadata, form, finest);
+    let all = over(&archive.addresses().collect());
+    let mut meant = over(&choice.tiles(archive));
+    meant.retain(|&tile| choice.meets(mercator::bounds(tile)));
+    let beside: Vec<SquareTile> = meant.iter().flat_map(|&tile| mercator::around(tile)).collect();
+    meant.extend(beside.into_iter().filter(|tile| !all.contains(tile)));
+    meant
+}
+
+/// Of zooms 0 to `finest`, those that show some of the surfaces at these addresses.
+fn tiles_over(
+    surfaces: &BTreeSet<TileAddress>,
+    metadata: &Metadata,
+    form: RasterForm,
+    finest: u8,
+) -> BTreeSet<SquareTile> {
+    let is_leaf = &|address: TileAddress| is_leaf(address, |child| surfaces.contains(&child));
     let of_zoom = |zoom| {
         let surface = form.surface_zoom(metadata, zoom);
         let stands =
             move |address: &&TileAddress| address.zoom == surface || (address.zoom < surface && is_leaf(**address));
-        let surfaces = there.iter().filter(stands);
-        surfaces.flat_map(move |&address| mercator::tiles_over(address, zoom))
+        let shown = surfaces.iter().filter(stands);
+        shown.flat_map(move |&address| mercator::tiles_over(address, zoom))
     };
-    let is_meant = |&tile: &SquareTile| mercator::meets(tile, metadata.bounds) && choice.meets(mercator::bounds(tile));
-    (0..=finest).flat_map(of_zoom).filter(is_meant).collect()
-}
-
-fn within_mercator([west, south, east, north]: [f64; 4]) -> [f64; 4] {
-    let [south, north] = [south, north].map(|latitude| latitude.clamp(-mercator::LATITUDES, mercator::LATITUDES));
-    [west, south, east, north]
+    let has_data = |&tile: &SquareTile| mercator::meets(tile, metadata.bounds);
+    (0..=finest).flat_map(of_zoom).filter(has_data).collect()
 }

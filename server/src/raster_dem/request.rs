@@ -1,7 +1,6 @@
 //! Which raster tile is asked for.
 
 use terrain_codec::address::TileAddress;
-use terrain_tiles::mercator;
 use terrain_tiles::metadata::Metadata;
 use terrain_tiles::raster_dem::image::{Encoding, Format};
 use terrain_tiles::raster_dem::{RasterForm, SIZES};
@@ -32,9 +31,9 @@ impl RasterRequest {
         Ok(Self { tile, form })
     }
 
-    /// Whether an archive has such a tile.
+    /// Whether an archive has such a tile: beside its data, too, for clients draw with the neighbours of a tile.
     pub(super) fn is_of(&self, metadata: &Metadata) -> bool {
-        self.tile.zoom <= self.form.finest_zoom(metadata) && mercator::meets(self.tile, metadata.bounds)
+        self.tile.zoom <= self.form.finest_zoom(metadata)
     }
 
     /// What tells it from other rasters of the same surface.
