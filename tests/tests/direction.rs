@@ -37,7 +37,7 @@ const ALLOWED: [(&str, &[&str]); 12] = [
 ];
 
 /// Libraries and the files or folders that wrap them: no other file names them.
-const HOMES: [(&str, &[&str]); 24] = [
+const HOMES: [(&str, &[&str]); 25] = [
     ("gdal", &["ingest/src/raster"]),
     (
         "exr",
@@ -69,6 +69,7 @@ const HOMES: [(&str, &[&str]); 24] = [
     ("tobj", &["tiles/src/formats/obj.rs", "ingest/src/verify/mesh_file.rs"]),
     ("stl_io", &["tiles/src/formats/stl.rs"]),
     ("gltf_json", &["tiles/src/formats/gltf.rs", "tiles/src/formats/gltf"]),
+    ("libwebp_sys", &["tiles/src/raster_dem/webp.rs"]),
     (
         "meshopt",
         &[

@@ -17,7 +17,7 @@
 //!   x3d             a world that streams a `.lod` file        written            docs/formats/world.md
 //!   quantized_mesh  a tile for map clients                    read, written      docs/formats/quantized-mesh.md
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 pub mod archive;
 #[cfg(test)]

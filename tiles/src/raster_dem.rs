@@ -12,6 +12,7 @@
 mod beside;
 mod fill;
 pub mod image;
+mod webp;
 
 use std::io;
 use std::ops::Deref;

@@ -105,6 +105,10 @@ fn files_have_the_colours_that_went_in_and_no_profile() {
         .read_image(&mut read)
         .unwrap();
     assert_eq!(read, colours);
+    for numbers in [&colours[1..], &[]] {
+        let refused = image::write(image::Format::WebP, image::Pixels::Colour, numbers, [256; 2]);
+        assert!(refused.is_err(), "{} numbers", numbers.len());
+    }
 }
 
 #[test]

@@ -4,6 +4,8 @@ use std::io;
 
 use png::{BitDepth, ColorType, Encoder};
 
+use super::webp;
+
 /// Numbers of 24 bits, the most significant in red.
 const LARGEST: f64 = 16_777_215.0;
 
@@ -104,9 +106,9 @@ impl Format {
 /// # Errors
 /// Where there are not as many `numbers` as so many pixels have.
 pub fn write(format: Format, pixels: Pixels, numbers: &[u8], [width, height]: [u32; 2]) -> io::Result<Vec<u8>> {
-    let mut file = Vec::new();
-    match format {
-        Format::Png => {
+    match (format, pixels) {
+        (Format::Png, _) => {
+            let mut file = Vec::new();
             let mut encoder = Encoder::new(&mut file, width, height);
             encoder.set_color(match pixels {
                 Pixels::Colour => ColorType::Rgb,
@@ -114,16 +116,12 @@ pub fn write(format: Format, pixels: Pixels, numbers: &[u8], [width, height]: [u
             });
             encoder.set_depth(BitDepth::Eight);
             encoder.write_header()?.write_image_data(numbers)?;
+            Ok(file)
         }
-        Format::WebP => {
-            let encoder = image_webp::WebPEncoder::new(&mut file);
-            let colours = match pixels {
-                Pixels::Colour => image_webp::ColorType::Rgb8,
-                Pixels::Grey => image_webp::ColorType::L8,
-            };
-            let encoded = encoder.encode(numbers, width, height, colours);
-            encoded.map_err(io::Error::other)?;
+        (Format::WebP, Pixels::Colour) => webp::write(numbers, [width, height]),
+        (Format::WebP, Pixels::Grey) => {
+            let colours: Vec<u8> = numbers.iter().flat_map(|&number| [number; 3]).collect();
+            webp::write(&colours, [width, height])
         }
     }
-    Ok(file)
 }
