@@ -39,6 +39,10 @@ function drawn(layer) {
   });
 }
 
+const [TRIANGLE, POINT] = [new Triangle(), new Vector3()];
+/** One number for each cell of a grid of less than 2^24 a side. */
+const keyOf = (x, y) => x * 2 ** 24 + y;
+
 /** Triangles by the cells of a grid in the plane of the frame, so that those at a place are found. */
 class Surface {
   constructor(meshes, cell) {
@@ -47,14 +51,13 @@ class Surface {
     for (const { vertices, corners } of meshes) {
       for (let at = 0; at < corners.length; at += 3) {
         const triangle = [0, 1, 2].map((corner) => vertices.get(corners[at + corner]));
-        const [lowX, highX, lowY, highY] = [0, 1].flatMap((axis) => {
-          const along = triangle.map((vertex) => vertex.getComponent(axis) / cell);
-          return [Math.floor(Math.min(...along) - MARGIN), Math.floor(Math.max(...along) + MARGIN)];
-        });
+        const [a, b, c] = triangle;
+        const [lowX, lowY] = [Math.min(a.x, b.x, c.x), Math.min(a.y, b.y, c.y)].map((low) => Math.floor(low / cell - MARGIN));
+        const [highX, highY] = [Math.max(a.x, b.x, c.x), Math.max(a.y, b.y, c.y)].map((high) => Math.floor(high / cell + MARGIN));
         for (let x = lowX; x <= highX; x++) for (let y = lowY; y <= highY; y++) {
-          const key = `${x},${y}`;
-          if (!this.cells.has(key)) this.cells.set(key, []);
-          this.cells.get(key).push(triangle);
+          const others = this.cells.get(keyOf(x, y));
+          if (others === undefined) this.cells.set(keyOf(x, y), [triangle]);
+          else others.push(triangle);
         }
       }
     }
@@ -62,10 +65,15 @@ class Surface {
 
   /** Metres from a vertex to the nearest point of the surface; undefined where there is none near. */
   metresFrom(vertex) {
-    const near = this.cells.get(`${Math.floor(vertex.x / this.cell)},${Math.floor(vertex.y / this.cell)}`);
+    const near = this.cells.get(keyOf(Math.floor(vertex.x / this.cell), Math.floor(vertex.y / this.cell)));
     if (near === undefined) return undefined;
-    const [triangle, point] = [new Triangle(), new Vector3()];
-    return Math.min(...near.map(([a, b, c]) => triangle.set(a, b, c).closestPointToPoint(vertex, point).distanceTo(vertex)));
+    let least = Infinity;
+    for (const [a, b, c] of near) {
+      const metres = TRIANGLE.set(a, b, c).closestPointToPoint(vertex, POINT).distanceTo(vertex);
+      if (metres === 0) return 0;
+      least = Math.min(least, metres);
+    }
+    return least;
   }
 }
 
