@@ -150,17 +150,27 @@ class Tiles(unittest.TestCase):
         # Claims that are far from what they are about say nothing.
         self.assertGreater(numpy.median(numpy.array(measured) / claims), 0.99)
 
-    def test_neighbours_have_the_same_vertices_along_their_side_fine_and_coarse(self):
-        found, compared = tiles(pack.archive()), 0
+    def test_neighbours_have_the_same_vertices_along_their_side_fine_and_coarse_and_one_zoom_apart(self):
+        found, compared = tiles(pack.archive()), [0, 0, 0]
         for (zoom, x, y), tile in found.items():
-            for axis, neighbour in ((0, (zoom, x + 1, y)), (1, (zoom, x, y + 1))):
-                other = found.get(neighbour)
-                if other is not None:
-                    for own_level, other_level in ((len(tile.header.levels) - 1, len(other.header.levels) - 1), (0, 0)):
-                        own = side(tile, own_level, axis, True)
-                        self.assertEqual(own, side(other, other_level, axis, False), (tile.header.address, neighbour))
-                        compared += len(own)
-        self.assertGreater(compared, 500)
+            finest = len(tile.header.levels) - 1
+            for axis, (other_x, other_y) in enumerate(((x + 1, y), (x, y + 1))):
+                other = found.get((zoom, other_x, other_y))
+                if other is None:
+                    continue
+                fine = side(tile, finest, axis, True)
+                self.assertEqual(fine, side(other, len(other.header.levels) - 1, axis, False), tile.header.address)
+                coarse = side(tile, 0, axis, True)
+                self.assertEqual(coarse, side(other, 0, axis, False), tile.header.address)
+                # The finer ones that begin at this side, coarse, beside this one, fine.
+                ahead = ((0, 0), (0, 1)) if axis == 0 else ((0, 0), (1, 0))
+                finer = [found.get((zoom + 1, 2 * other_x + right, 2 * other_y + up)) for right, up in ahead]
+                if all(finer):
+                    self.assertEqual(fine, set.union(*(side(one, 0, axis, False) for one in finer)), tile.header.address)
+                    compared[2] += len(fine)
+                compared[0] += len(fine)
+                compared[1] += len(coarse)
+        self.assertTrue(min(compared) > 200, compared)
 
     def test_a_tile_begins_as_its_parent_ends(self):
         found, compared = tiles(pack.archive()), 0
