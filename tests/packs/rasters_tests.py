@@ -80,7 +80,10 @@ class Rasters:
         along = (numpy.arange(self.size) + 0.5) * pixel
         eastings = x * self.size * pixel + along - WORLD / 2
         northings = WORLD / 2 - y * self.size * pixel - along
-        return TO_DEGREES.transform(*numpy.meshgrid(eastings, northings))
+        # Each is a function of one of the two.
+        longitudes, _ = TO_DEGREES.transform(eastings, numpy.zeros(self.size))
+        _, latitudes = TO_DEGREES.transform(numpy.zeros(self.size), northings)
+        return numpy.meshgrid(longitudes, latitudes)
 
 
 def to_the_outline(longitude, latitude):
