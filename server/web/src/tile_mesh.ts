@@ -61,11 +61,12 @@ const INDICES_OF_EDGES = 6;
 /** The surface of one tile at a changeable level of detail. */
 export class TileMesh {
   readonly object: THREE.Group;
-  /** Holds every place a vertex may be drawn at, without exaggeration. */
-  readonly box: THREE.Box3;
+  /** Holds every place a vertex may be drawn at, without exaggeration: while it moves, those of other tiles, too. */
+  box: THREE.Box3;
   /** Bytes of textures and indices. */
   readonly byteLength: number;
   private readonly tile: Tile;
+  private readonly ownBox: THREE.Box3;
   private readonly geometry = new THREE.BufferGeometry();
   /** The tile's own places, and while it moves, those of other tiles behind them. */
   private spots: SpotTextures;
@@ -96,8 +97,9 @@ export class TileMesh {
 
   constructor({ tile, spots }: PlacedTile, { filled, water }: Cells, frame: Frame, shared: SharedUniforms) {
     this.tile = tile;
-    this.box = new THREE.Box3().setFromPoints(spots.map(({ position }) => position));
-    const centre = this.box.getCenter(new THREE.Vector3());
+    this.ownBox = new THREE.Box3().setFromPoints(spots.map(({ position }) => position));
+    this.box = this.ownBox;
+    const centre = this.ownBox.getCenter(new THREE.Vector3());
     this.ownSpots = new SpotTextures(spots, tile.address, centre);
     this.spots = this.ownSpots;
     const drawnAt = padded(Uint32Array, 2 * tile.representatives.length, 2);
@@ -143,6 +145,7 @@ export class TileMesh {
   show(detail: Detail): void {
     if (this.resting !== undefined && isSameDetail(this.resting, detail)) return;
     this.resting = detail;
+    this.box = this.ownBox;
     this.useSpots(this.ownSpots);
     const places = placesOf(this.tile, detail);
     this.draw(places, places, drawnPrefix(this.tile, detail));
@@ -156,6 +159,7 @@ export class TileMesh {
     const ownPlaces = this.tile.positions.length / 3;
     const placeOf = (spot: Spot) => (spot.own?.tile === this.tile ? spot.own.place : ownPlaces + others.push(spot) - 1);
     const [from, to] = [moving.from, moving.to].map((spots) => Uint32Array.from(spots, placeOf)) as [Uint32Array, Uint32Array];
+    this.box = others.reduce((box, { position }) => box.expandByPoint(position), this.ownBox.clone());
     if (others.length > 0) this.useSpots(this.ownSpots.with(others));
     this.draw(from, to, movingPrefix(this.tile, moving));
     this.setBlend(0);
